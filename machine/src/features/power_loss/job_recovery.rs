@@ -8,6 +8,7 @@
 
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands as _;
+use base::ports::{Board as _, Clock as _, MotionPort as _, StorageError};
 use base::sessions::Recipient;
 use base::{Ports, World};
 use config::{HomingDirection, MachineConfig};
@@ -15,17 +16,17 @@ use jobs::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_v
 use jobs::player::{Listeners, Scripts};
 use motion::Mode;
 use motion::compensation::Bed;
+use parts::z_thermal::Thermal;
 use procedures::homing;
-use program::{Dialect, Words};
+use program::{BEGINNING_BYTES, Dialect, Words};
 use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 
 use crate::features::power_loss::journal;
-use crate::features::power_loss::journal::Heights;
+use crate::features::power_loss::journal::{Heights, JournalHands, Noted};
 use crate::features::state;
-use crate::features::state::States;
+use crate::machine::effects::EffectHands;
 use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::{Frame, Then};
-use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, JobBegins, Moments as _};
 use crate::machine::{Machine, fast_forward, heat_restoring, suspend};
 
@@ -43,31 +44,58 @@ const ENDS_BEFORE: &str = "the file ends before the line that was made";
 /// Speed down onto the part, mm/s.
 const SLOWLY: MmPerSecond = MmPerSecond(5.0);
 
-/// Says at boot which job can go on, and what that would do.
-pub(crate) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.world.config.player.power_loss.enable
-        && let Err(error) = jobs::journal::prepare(&mut machine.world.ports, P::report_alive)
-    {
-        machine.announce(format_args!("// WARNING there will be no journal of jobs: {}\n", error.text()));
+/// The machine for a job's way back after a power cut.
+pub(crate) trait RecoveryHands<'c>: EffectHands<'c> + JournalHands<'c> {
+    /// Returns the compensation of a frame that grows with heat.
+    fn thermal(&mut self) -> &mut Thermal;
+
+    /// Has features act as the file is read once more.
+    fn job_begins_again(&mut self);
+
+    /// Has features act as the job goes on, which began with this state.
+    fn job_goes_on(&mut self, beginning: [u8; BEGINNING_BYTES]);
+}
+
+impl<'c, P: Ports> RecoveryHands<'c> for Machine<'c, P> {
+    fn thermal(&mut self) -> &mut Thermal {
+        &mut self.thermal
     }
-    machine.features.journal.stood_at = machine.world.ports.motion(|motion| motion.live_position());
-    match find(&mut machine.world.ports) {
+
+    fn job_begins_again(&mut self) {
+        Features::<P>::job_begins(self, JobBegins::Again);
+    }
+
+    fn job_goes_on(&mut self, beginning: [u8; BEGINNING_BYTES]) {
+        Features::<P>::job_goes_on(self, beginning);
+    }
+}
+
+/// Says at boot which job can go on, and what that would do.
+pub(crate) fn say_offer<'c>(hands: &mut impl JournalHands<'c>) {
+    let Noted { journal, world, .. } = hands.noted();
+    if world.config.player.power_loss.enable
+        && let Err(error) = jobs::journal::prepare(&mut world.ports, |ports| ports.report_alive())
+    {
+        world.announce(format_args!("// WARNING there will be no journal of jobs: {}\n", error.text()));
+    }
+    journal.stood_at = world.ports.motion(|motion| motion.live_position());
+    match find(&mut world.ports) {
         Ok(Found::Offer(offer)) => {
-            machine.features.journal.has_offer = true;
-            say(machine, &offer, Recipient::All);
+            journal.has_offer = true;
+            say(world, &offer, Recipient::All);
         }
-        Ok(Found::Broken) => machine.announce(format_args!(
+        Ok(Found::Broken) => world.announce(format_args!(
             "// NOTE a job was interrupted, but its journal is damaged: it cannot be gone on with\n"
         )),
         Ok(Found::Nothing) | Err(_) => {}
     }
 }
 
-fn say<P: Ports>(machine: &mut Machine<'_, P>, offer: &Offer, to: Recipient) {
+fn say<P: Ports>(world: &mut World<'_, P>, offer: &Offer, to: Recipient) {
     let (file, entry) = (&offer.file, &offer.entry);
-    let settings = &machine.world.config.player.power_loss;
+    let settings = &world.config.player.power_loss;
     let (lift, sag) = (settings.lift, settings.sag);
-    machine.say(
+    world.say(
         to,
         format_args!(
             "// NOTE a job was interrupted: {}, line {}, after {} s, at X{:.2} Y{:.2} Z{:.2}\n// M1000 goes on with it, M1000 \
@@ -75,7 +103,7 @@ fn say<P: Ports>(machine: &mut Machine<'_, P>, offer: &Offer, to: Recipient) {
             file.path, entry.line, entry.seconds, entry.position[0], entry.position[1], entry.position[2],
         ),
     );
-    machine.say(
+    world.say(
         to,
         format_args!(
             "// M1000: 1. compares file, card and configuration; 2. heats bed and nozzle; 3. lifts by {lift} mm (from {sag} mm \
@@ -86,51 +114,50 @@ fn say<P: Ports>(machine: &mut Machine<'_, P>, offer: &Offer, to: Recipient) {
 }
 
 /// Runs M1000 and M916. `S` tells the offer, `C` forgets it, `Z` says where the tool stands.
-pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
-    if machine.jobs.is_open() || machine.jobs.is_suspended() {
+pub(crate) fn command<'c>(hands: &mut impl RecoveryHands<'c>, words: &Words<'_>, to: Recipient) -> Outcome {
+    if hands.jobs().is_open() || hands.jobs().is_suspended() {
         return Err(Failure::refused(&"a job is under way: abort ends it"));
     }
-    let failed = |error: base::ports::StorageError| machine.world.texts.about_file(jobs::journal::PATH, error.text());
-    let offer = match find(&mut machine.world.ports).map_err(failed)? {
+    let texts = hands.world().texts;
+    let failed = |error: StorageError| texts.about_file(jobs::journal::PATH, error.text());
+    let offer = match find(&mut hands.world().ports).map_err(failed)? {
         Found::Offer(offer) => offer,
         Found::Broken => return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with")),
         Found::Nothing => return Err(Failure::refused(&"no job was interrupted on this card")),
     };
     if words.has('C') {
-        forget(&offer, &mut machine.world.ports).map_err(failed)?;
-        machine.features.journal.has_offer = false;
-        machine.say(to, format_args!("{} is not gone on with\n", offer.file.path));
+        forget(&offer, &mut hands.world().ports).map_err(failed)?;
+        hands.noted().journal.has_offer = false;
+        hands.say(to, format_args!("{} is not gone on with\n", offer.file.path));
         return Ok(Answer::Ok);
     }
     if words.has('S') {
-        say(machine, &offer, to);
+        say(hands.world(), &offer, to);
         return Ok(Answer::Ok);
     }
-    let told = words.get('Z').map(|z| z + machine.program.modal().offset(Axis::Z));
-    begin(machine, offer, told, to).inspect_err(|_| give_up(machine))
+    let told = words.get('Z').map(|z| z + hands.program().modal().offset(Axis::Z));
+    begin(hands, offer, told, to).inspect_err(|_| give_up(hands))
 }
 
-fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, to: Recipient) -> Outcome {
-    let now = machine.world.ports.now();
+fn begin<'c>(hands: &mut impl RecoveryHands<'c>, offer: Offer, z: Option<f64>, to: Recipient) -> Outcome {
     let listeners = Listeners { tells_end: to, ..Listeners::default() };
-    machine.jobs.open(machine.world.texts, &offer.file.path, listeners, &mut machine.world.ports, now)?;
-    let Machine { jobs, world: World { ports, .. }, .. } = machine;
+    let (jobs, World { ports, texts, .. }) = hands.jobs_in_world();
+    let (texts, now) = (*texts, ports.now());
+    jobs.open(texts, &offer.file.path, listeners, ports, now)?;
     let _begun_before = (jobs.take_new(), jobs.scripts().map(Scripts::take_before));
-    let failed = |error: base::ports::StorageError| machine.world.texts.about_file(&offer.file.path, error.text());
+    let failed = |error: StorageError| texts.about_file(&offer.file.path, error.text());
     let file = machine_value(ports).and_then(|value| jobs.played_file(value, ports)).map_err(failed)?;
     let is_same = (file.size, file.written, file.check) == (offer.file.size, offer.file.written, offer.file.check);
     if !is_same {
-        return Err(machine
-            .world
-            .texts
-            .refused(format_args!("{} is not the file that was played: M1000 C forgets the job", offer.file.path)));
+        let path = &offer.file.path;
+        return Err(texts.refused(format_args!("{path} is not the file that was played: M1000 C forgets the job")));
     }
     if file.machine != offer.file.machine {
         return Err(Failure::refused(
             &"config.ini or the saved settings are not those the job was begun with: put them back, or M1000 C forgets the job",
         ));
     }
-    let bed = machine.world.ports.motion(|motion| motion.compensation().bed());
+    let bed = hands.world().ports.motion(|motion| motion.compensation().bed());
     let (made, frame) = (offer.entry.made, offer.entry.frame);
     let has_mesh = offer.entry.has_mesh != 0;
     if has_mesh && bed == Bed::Flat {
@@ -138,11 +165,11 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
             &"the job was made with the bed's mesh: M375 loads it as M374 has saved it, then M1000",
         ));
     }
-    let here = machine.world.ports.motion(|motion| motion.commanded_position());
-    let before = program::beginning(&mut machine.program);
+    let here = hands.position();
+    let before = program::beginning(hands.program());
     let before = before.ok_or_else(|| Failure::refused(&OTHER_MODES))?;
-    fast_forward::keep(machine);
-    machine.features.recovery = Some(Recovery {
+    fast_forward::keep(hands);
+    *hands.noted().recovery = Some(Recovery {
         z: z.unwrap_or(offer.entry.position[Axis::Z as usize]),
         z_is_told: z.is_some(),
         goes_up_blind: false,
@@ -155,81 +182,86 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
         switches: Default::default(),
         offer,
     });
-    if z.is_none() && !machine.axes.homed().has(Axis::Z) {
+    if z.is_none() && !hands.axes().homed().has(Axis::Z) {
         // Z is as it was when the job stopped, and so is the temperature at which it is right.
-        machine.thermal.refer_to(Some(frame).filter(|frame| *frame != 0.0));
+        hands.thermal().refer_to(Some(frame).filter(|frame| *frame != 0.0));
     }
-    machine.say(to, format_args!("// the file is read up to where the job was\n"));
-    read_up_to(machine, made + 1, Step::Compare, to)
+    hands.say(to, format_args!("// the file is read up to where the job was\n"));
+    read_up_to(hands, made + 1, Step::Compare, to)
 }
 
 /// Reads the file from its beginning until so many lines have begun; then follows this step.
-fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to: Recipient) -> Outcome {
-    let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
+fn read_up_to<'c>(hands: &mut impl RecoveryHands<'c>, lines: u32, then: Step, to: Recipient) -> Outcome {
+    let Noted { recovery: Some(recovery), program, .. } = hands.noted() else { return Err(Failure::HALTED) };
     let dialect = usize::from(recovery.offer.file.dialect).checked_sub(1);
-    if !program::begin_again(&mut machine.program, &mut recovery.offer.beginning) {
+    if !program::begin_again(program, &mut recovery.offer.beginning) {
         return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with"));
     }
     // The offset of the entry counts: the offset at the job's beginning is another temperature's.
-    machine.program.set_thermal_z(recovery.offer.entry.thermal_z);
-    machine.jobs.read_again(&mut machine.world.ports).map_err(|error| machine.world.texts.because(error.text()))?;
+    program.set_thermal_z(recovery.offer.entry.thermal_z);
+    let (jobs, World { ports, texts, .. }) = hands.jobs_in_world();
+    jobs.read_again(ports).map_err(|error| texts.because(error.text()))?;
     if let Some(dialect) = dialect.and_then(|place| Dialect::ALL.get(place)) {
-        machine.jobs.read_as(*dialect);
+        jobs.read_as(*dialect);
     }
-    read_on(machine, Until::Begun(lines), then, to)
+    read_on(hands, Until::Begun(lines), then, to)
 }
 
-fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to: Recipient) -> Outcome {
-    if !machine.frames.push(Frame::Then(Then::Step(state::Step::Recover(then, to)))) {
+fn read_on<'c>(hands: &mut impl RecoveryHands<'c>, until: Until, then: Step, to: Recipient) -> Outcome {
+    if !hands.frames().push(Frame::Then(Then::Step(state::Step::Recover(then, to)))) {
         return Err(Failure::refused(&"scripts start each other without end"));
     }
-    fast_forward::begin(machine, until)?;
+    fast_forward::begin(hands, until)?;
     // The job has begun once: its journal is not begun anew, and nothing refuses it.
-    if machine.jobs.take_new() {
-        Features::<P>::job_begins(machine, JobBegins::Again);
+    if hands.jobs().take_new() {
+        hands.job_begins_again();
     }
     Ok(Answer::Ok)
 }
 
 /// Gives up the recovery: the program and its modes are as before the request, and the offer stays.
-pub(crate) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.passed = None;
-    machine.features.journal.close(&mut machine.world.ports);
-    machine.jobs.close(&mut machine.world.ports);
-    if let Some(mut recovery) = machine.features.recovery.take() {
-        fast_forward::put_back(machine);
+pub(crate) fn give_up<'c>(hands: &mut impl RecoveryHands<'c>) {
+    *hands.passed() = None;
+    let Noted { journal, recovery, world, .. } = hands.noted();
+    journal.close(&mut world.ports);
+    let recovery = recovery.take();
+    let (jobs, world) = hands.jobs_in_world();
+    jobs.close(&mut world.ports);
+    if let Some(mut recovery) = recovery {
+        fast_forward::put_back(hands);
+        let thermal_z = hands.thermal().offset();
         // The modes from before are the program's own.
-        let _ = program::begin_again(&mut machine.program, &mut recovery.before);
-        machine.program.set_thermal_z(machine.thermal.offset());
+        let _ = program::begin_again(hands.program(), &mut recovery.before);
+        hands.program().set_thermal_z(thermal_z);
         // Heaters that somebody else has switched on before stay so.
         if recovery.has_heated {
-            heat_restoring::cool(&mut machine.world.ports);
+            heat_restoring::cool(&mut hands.world().ports);
         }
     }
-    machine.resynchronise();
+    hands.resynchronise();
 }
 
 /// Carries out the next step of the recovery.
 ///
 /// # Errors
 /// When the step cannot be done; then nothing of the recovery is left.
-pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Recipient) -> Result<(), Failure> {
+pub(crate) fn go_on<'c>(hands: &mut impl RecoveryHands<'c>, step: Step, to: Recipient) -> Result<(), Failure> {
     let done = match step {
-        Step::Compare => compare(machine, to).map(drop),
-        Step::Look => look(machine, to).map(drop),
-        Step::Prepare => prepare(machine, to),
-        Step::GoBack => go_back(machine, to),
+        Step::Compare => compare(hands, to).map(drop),
+        Step::Look => look(hands, to).map(drop),
+        Step::Prepare => prepare(hands, to),
+        Step::GoBack => go_back(hands, to),
     };
     if done.is_err_and(|failure| failure.is_refusal()) {
-        give_up(machine);
+        give_up(hands);
     }
     done
 }
 
-fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    let passed = Passed::arrived(machine.passed.take(), &ENDS_BEFORE)?;
-    let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
-    let (from, end, was) = (passed.line_began_at, *machine.program.position(), recovery.offer.entry.position);
+fn compare<'c>(hands: &mut impl RecoveryHands<'c>, to: Recipient) -> Outcome {
+    let passed = Passed::arrived(hands.passed().take(), &ENDS_BEFORE)?;
+    let Noted { recovery: Some(recovery), program, .. } = hands.noted() else { return Err(Failure::HALTED) };
+    let (from, end, was) = (passed.line_began_at, *program.position(), recovery.offer.entry.position);
     // An arc may go beyond its ends.
     let slack = SAME_PLACE + Axis::PRIMARY.into_iter().map(|axis| (end[axis] - from[axis]).abs()).sum::<f64>();
     let is_there = |axis: Axis| {
@@ -245,20 +277,23 @@ fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     recovery.place = from;
     let stands = recovery.offer.entry.stands || recovery.offer.entry.doing.waits();
     let seconds = UNNOTICED_S * recovery.offer.entry.feed_factor.max(1.0);
-    read_on(machine, Until::Seconds(if stands { 0.0 } else { seconds }), Step::Look, to)
+    read_on(hands, Until::Seconds(if stands { 0.0 } else { seconds }), Step::Look, to)
 }
 
-fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+fn look<'c>(hands: &mut impl RecoveryHands<'c>, to: Recipient) -> Outcome {
     // The file may end within that time.
-    let passed = machine.passed.take().ok_or(Failure::HALTED)?;
-    let up = homes_upwards(machine.world.config);
-    let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
+    let passed = hands.passed().take().ok_or(Failure::HALTED)?;
+    let can_home = hands.can_home();
+    let Noted { recovery: Some(recovery), journal, world, homed, .. } = hands.noted() else {
+        return Err(Failure::HALTED);
+    };
+    let (up, texts) = (homes_upwards(world.config), world.texts);
     let entry = &recovery.offer.entry;
     // Movements of axes since the machine was switched on are known.
-    let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !machine.features.journal.strayed.has(axis);
-    let known = machine.axes.homed().or(machine.can_home);
+    let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !journal.strayed.has(axis);
+    let known = homed.or(can_home);
     if let Some(axis) = [Axis::X, Axis::Y].into_iter().find(|axis| is_lost(*axis) && !known.has(*axis)) {
-        return Err(machine.world.texts.refused(format_args!(
+        return Err(texts.refused(format_args!(
             "{} was moved after the job and has no switch: M1000 C forgets the job",
             axis.letter()
         )));
@@ -267,7 +302,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if !entry.stands && !entry.doing.waits() {
         (least, most) = (least.min(passed.z[0]), most.max(passed.z[1]));
     }
-    let is_told = recovery.z_is_told || machine.axes.homed().has(Axis::Z);
+    let is_told = recovery.z_is_told || homed.has(Axis::Z);
     if is_lost(Axis::Z) && !is_told && !up {
         return Err(Failure::refused(
             &"Z was moved after the job: measure it, then M1000 Z with where the tool stands",
@@ -279,7 +314,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
         ));
     }
     if most - least >= NEAR_Z && !is_told && !up {
-        return Err(machine.world.texts.refused(format_args!(
+        return Err(texts.refused(format_args!(
             "Z may be anywhere from {least:.2} to {most:.2}: measure it, then M1000 Z with where the tool stands"
         )));
     }
@@ -290,7 +325,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     }
     recovery.highest = recovery.highest.max(most);
     let made = recovery.offer.entry.made;
-    read_up_to(machine, made, Step::Prepare, to)
+    read_up_to(hands, made, Step::Prepare, to)
 }
 
 /// Whether Z homes by going up, away from the part.
@@ -299,11 +334,12 @@ fn homes_upwards(config: &MachineConfig) -> bool {
     stop.is_some_and(|stop| stop.homing_direction == HomingDirection::ToMax)
 }
 
-fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    let passed = Passed::arrived(machine.passed.take(), &ENDS_BEFORE)?;
-    let (kept, place) = (machine.program.keep(), *machine.program.position());
-    let Machine { jobs, features: States { recovery, journal, .. }, world: World { ports, .. }, .. } = machine;
-    let Some(recovery) = recovery else { return Err(Failure::HALTED) };
+fn prepare<'c>(hands: &mut impl RecoveryHands<'c>, to: Recipient) -> Result<(), Failure> {
+    let passed = Passed::arrived(hands.passed().take(), &ENDS_BEFORE)?;
+    let Noted { recovery: Some(recovery), journal, program, world, .. } = hands.noted() else {
+        return Err(Failure::HALTED);
+    };
+    let (kept, place) = (program.keep(), *program.position());
     if Axis::PRIMARY.into_iter().any(|axis| (place[axis] - recovery.place[axis]).abs() > SAME_Z) {
         return Err(Failure::refused(
             &"the file leads to another place each time that it is read: M1000 C forgets the job",
@@ -311,132 +347,132 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     }
     (recovery.kept, recovery.place, recovery.switches) = (Some(kept), place, passed.switches);
     recovery.has_heated = true;
-    jobs.objects.set_left_out(recovery.offer.entry.left_out);
-    journal.go_on(&recovery.offer, ports).map_err(|error| machine.world.texts.because(error.text()))?;
     let entry = recovery.offer.entry;
-    heat_restoring::heat(&mut MachineHands::new(machine, to), &entry.targets.map(|target| Celsius(target as f32)))?;
-    lift(machine, &entry.position, to)?;
+    let noted = journal.go_on(&recovery.offer, &mut world.ports).map_err(|error| world.texts.because(error.text()));
+    hands.jobs().objects.set_left_out(entry.left_out);
+    noted?;
+    heat_restoring::heat(&mut hands.sequence(to), &entry.targets.map(|target| Celsius(target as f32)))?;
+    lift(hands, &entry.position, to)?;
     // The script moves from the tool's place, not from the file's.
-    machine.standstill()?;
-    machine.resynchronise();
-    let script = machine.world.config.player.power_loss.gcode.as_str();
+    hands.standstill()?;
+    hands.resynchronise();
+    let script = hands.world().config.player.power_loss.gcode.as_str();
     if !script.is_empty() {
-        journal::note(machine, Heights::Any, false);
+        journal::note(&mut hands.noted(), Heights::Any, false);
     }
-    suspend::start_script(&mut machine.frames, script, Then::Step(state::Step::Recover(Step::GoBack, to))).map(drop)
+    suspend::start_script(hands.frames(), script, Then::Step(state::Step::Recover(Step::GoBack, to))).map(drop)
 }
 
 /// Lifts the tool clear of everything that stands on the bed; then homes X and Y, and Z where that is
 /// upwards.
-fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
-    let sag = machine.world.config.player.power_loss.sag;
-    let Some(recovery) = &machine.features.recovery else { return Err(Failure::HALTED) };
+fn lift<'c>(hands: &mut impl RecoveryHands<'c>, was: &[f64], to: Recipient) -> Result<(), Failure> {
+    let sag = hands.world().config.player.power_loss.sag;
+    let Noted { recovery: Some(recovery), journal, homed, .. } = hands.noted() else { return Err(Failure::HALTED) };
     let (z, z_is_told, is_blind, highest) = (recovery.z, recovery.z_is_told, recovery.goes_up_blind, recovery.highest);
-    let mut here = machine.world.ports.motion(|motion| motion.commanded_position());
-    let homed = machine.axes.homed();
+    let stood_at = journal.stood_at;
+    let mut here = hands.position();
     for axis in Axis::PRIMARY.into_iter().filter(|axis| !homed.has(*axis)) {
         // Somebody may have moved the axis by hand since.
-        here[axis] += was.get(axis as usize).copied().unwrap_or(0.0) - machine.features.journal.stood_at[axis];
+        here[axis] += was.get(axis as usize).copied().unwrap_or(0.0) - stood_at[axis];
     }
     if !homed.has(Axis::Z) {
         let has_moved = here[Axis::Z] - was.get(Axis::Z as usize).copied().unwrap_or(0.0);
         here[Axis::Z] = if z_is_told { z } else { z + has_moved - sag };
     }
-    MachineHands::new(machine, to).set_position(here)?;
-    if let Some(recovery) = &mut machine.features.recovery {
+    hands.sequence(to).set_position(here)?;
+    if let Some(recovery) = hands.noted().recovery {
         recovery.is_placed = true;
     }
     if !is_blind {
-        go_up(machine, here, highest, to)?;
+        go_up(hands, here, highest, to)?;
     }
-    let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
-    if homes_upwards(machine.world.config) {
+    let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(hands.can_home());
+    if homes_upwards(hands.world().config) {
         // Until Z is homed it may be anywhere between.
-        journal::note(machine, Heights::Any, false);
-        machine.announce(format_args!("// homing Z, upwards\n"));
-        machine.axes.mark_homed(AxisSet::PRIMARY);
-        homing::home(&mut MachineHands::new(machine, to), AxisSet::of(Axis::Z))?;
-        journal::note(machine, Heights::Planned, false);
+        journal::note(&mut hands.noted(), Heights::Any, false);
+        hands.announce(format_args!("// homing Z, upwards\n"));
+        hands.axes().mark_homed(AxisSet::PRIMARY);
+        homing::home(&mut hands.sequence(to), AxisSet::of(Axis::Z))?;
+        journal::note(&mut hands.noted(), Heights::Planned, false);
         // Towers and arms have homed together.
-        homes = if procedures::arms::homes_by_motor(machine.world.config) { AxisSet::NONE } else { homes };
+        homes = if procedures::arms::homes_by_motor(hands.world().config) { AxisSet::NONE } else { homes };
     } else if homes.is_empty() {
-        machine.announce(format_args!("// WARNING X and Y have no switches: they are taken to be where they were\n"));
+        hands.announce(format_args!("// WARNING X and Y have no switches: they are taken to be where they were\n"));
     }
     if homes.is_empty() {
         return Ok(());
     }
-    machine.announce(format_args!("// homing X and Y\n"));
-    homing::home(&mut MachineHands::new(machine, to), homes)
+    hands.announce(format_args!("// homing X and Y\n"));
+    homing::home(&mut hands.sequence(to), homes)
 }
 
 /// Lifts Z so high that X and Y can go to their switches.
-fn go_up<P: Ports>(
-    machine: &mut Machine<'_, P>,
+fn go_up<'c>(
+    hands: &mut impl RecoveryHands<'c>,
     here: PerAxis<f64>,
     highest: f64,
     to: Recipient,
 ) -> Result<(), Failure> {
     let mut up = here;
-    up[Axis::Z] = above(machine, here[Axis::Z].max(highest)).max(here[Axis::Z]);
-    machine.announce(format_args!("// up to Z{:.2}\n", up[Axis::Z]));
+    up[Axis::Z] = above(hands, here[Axis::Z].max(highest)).max(here[Axis::Z]);
+    hands.announce(format_args!("// up to Z{:.2}\n", up[Axis::Z]));
     // Until Z has arrived it may be anywhere between.
-    journal::note(machine, Heights::Between([here[Axis::Z], up[Axis::Z]]), false);
-    machine.axes.mark_homed(AxisSet::PRIMARY);
-    let hands = &mut MachineHands::new(machine, to);
-    hands.enable_motors()?;
-    hands.go_there(up, SLOWLY)?;
-    journal::note(machine, Heights::Planned, false);
+    journal::note(&mut hands.noted(), Heights::Between([here[Axis::Z], up[Axis::Z]]), false);
+    hands.axes().mark_homed(AxisSet::PRIMARY);
+    hands.sequence(to).enable_motors()?;
+    hands.sequence(to).go_there(up, SLOWLY)?;
+    journal::note(&mut hands.noted(), Heights::Planned, false);
     Ok(())
 }
 
 /// Returns the height that clears everything up to this height, mm.
-fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
-    let [_, most] = machine.travel().ends();
-    (highest + machine.world.config.player.power_loss.lift).min(most[Axis::Z])
+fn above<'c>(hands: &mut impl RecoveryHands<'c>, highest: f64) -> f64 {
+    let [_, most] = hands.travel().ends();
+    (highest + hands.world().config.player.power_loss.lift).min(most[Axis::Z])
 }
 
-fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    machine.standstill()?;
-    let Some(recovery) = machine.features.recovery.clone() else { return Err(Failure::HALTED) };
+fn go_back<'c>(hands: &mut impl RecoveryHands<'c>, to: Recipient) -> Result<(), Failure> {
+    hands.standstill()?;
+    let Some(recovery) = hands.noted().recovery.clone() else { return Err(Failure::HALTED) };
     let (entry, mut place) = (recovery.offer.entry, recovery.place);
     // The frame's temperature differs from that at the entry.
-    place[Axis::Z] += machine.thermal.offset() - entry.thermal_z;
-    let mut over = machine.world.ports.motion(|motion| motion.commanded_position());
+    place[Axis::Z] += hands.thermal().offset() - entry.thermal_z;
+    let mut over = hands.position();
     // Filament counts from here as in the file; and nothing has turned A, B or C since.
     Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
-    MachineHands::new(machine, to).set_position(over)?;
+    hands.sequence(to).set_position(over)?;
     // The script may have left the tool low, and homing at its highest: there a delta goes nowhere else.
     let from = over;
-    over[Axis::Z] = above(machine, recovery.highest);
+    over[Axis::Z] = above(hands, recovery.highest);
     let up = over;
     (over[Axis::X], over[Axis::Y]) = (place[Axis::X], place[Axis::Y]);
-    machine.stays_within(&from, &up)?;
-    machine.stays_within(&up, &over)?;
-    machine.stays_within(&over, &place)?;
-    machine.announce(format_args!("// back to X{:.2} Y{:.2}, and down\n", place[Axis::X], place[Axis::Y]));
-    let rate = machine.program.modal().seek_rate;
-    let hands = &mut MachineHands::new(machine, to);
-    hands.go(up, rate, Mode::Rapid)?;
-    hands.go_there(over, rate)?;
+    hands.stays_within(&from, &up)?;
+    hands.stays_within(&up, &over)?;
+    hands.stays_within(&over, &place)?;
+    hands.announce(format_args!("// back to X{:.2} Y{:.2}, and down\n", place[Axis::X], place[Axis::Y]));
+    let rate = hands.program().modal().seek_rate;
+    hands.sequence(to).go(up, rate, Mode::Rapid)?;
+    hands.sequence(to).go_there(over, rate)?;
     let [low, high] = [place[Axis::Z].min(over[Axis::Z]), over[Axis::Z].max(place[Axis::Z])];
-    journal::note(machine, Heights::Between([low, high]), false);
-    MachineHands::new(machine, to).go_there(place, SLOWLY)?;
-    machine.program.set_thermal_z(place[Axis::Z] - recovery.place[Axis::Z] + entry.thermal_z);
+    journal::note(&mut hands.noted(), Heights::Between([low, high]), false);
+    hands.sequence(to).go_there(place, SLOWLY)?;
+    let (jobs, program) = hands.jobs_and_program();
+    program.set_thermal_z(place[Axis::Z] - recovery.place[Axis::Z] + entry.thermal_z);
     if let Some(kept) = recovery.kept {
-        machine.program.come_back_to(kept);
+        program.come_back_to(kept);
     }
-    machine.program.resynchronise(place);
+    program.resynchronise(place);
     // The job may go on within an object that was left out.
-    program::objects::leave_out(&mut machine.program, machine.jobs.objects.is_left_out());
-    let factor = entry.feed_factor / machine.program.modal().speed_factor;
-    machine.world.ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
-    program::set_flow(&mut machine.program, &entry.flow);
-    let Machine { outputs, world: World { config, ports, .. }, .. } = machine;
+    program::objects::leave_out(program, jobs.objects.is_left_out());
+    let factor = entry.feed_factor / program.modal().speed_factor;
+    program::set_flow(program, &entry.flow);
+    hands.world().ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
+    let (outputs, _, World { config, ports, .. }) = hands.outputs_in_world();
     heat_restoring::switch(outputs, config, ports, &recovery.switches);
-    (machine.features.recovery, machine.set_before) = (None, None);
-    Features::<P>::job_goes_on(machine, recovery.offer.beginning);
-    journal::note(machine, Heights::Planned, false);
-    machine
+    (*hands.noted().recovery, *hands.set_before()) = (None, None);
+    hands.job_goes_on(recovery.offer.beginning);
+    journal::note(&mut hands.noted(), Heights::Planned, false);
+    hands
         .announce(format_args!("// the job goes on with line {}: what was made behind it is made twice\n", entry.line));
     Ok(())
 }

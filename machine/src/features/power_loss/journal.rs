@@ -3,15 +3,22 @@
 
 use base::brown_out;
 use base::failure::Failure;
-use base::ports::{OpenMode, StorageError, Wake};
+use base::ports::{Clock as _, OpenMode, Storage as _, StorageError, Wake};
 use base::{Ports, World};
-use jobs::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
+use jobs::journal::{
+    Blank, Doing, Entry, Found, Journal, Look, PlayedFile, Recovery, find, forget, machine_value, stray,
+};
+use jobs::player::Jobs;
 use motion::compensation::Bed;
-use program::State;
+use parts::z_thermal::Thermal;
+use procedures::stall_recovery::StallRecovery;
+use program::{Interpreter, State};
 use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
+use crate::features::power_loss::standing::Standing;
 use crate::features::state::States;
-use crate::machine::{Machine, card};
+use crate::machine::work_hands::{HaltHands, WaitHands};
+use crate::machine::{Machine, card, fast_forward};
 
 /// Time between entries because of another height: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
@@ -27,142 +34,201 @@ const AHEAD_S: f64 = 0.3;
 /// Period of the looks at a job: motion knows where its motors are every 16 ms.
 const LOOK_PERIOD: Micros = Micros::from_millis(20);
 
+/// What the journal notes, and notes it of.
+pub(crate) struct Noted<'m, 'c, P> {
+    pub journal: &'m mut Journal,
+    /// Job on its way back after a power cut.
+    pub recovery: &'m mut Option<Recovery>,
+    /// Recovery after a stall has stopped the job.
+    pub stalls: &'m mut StallRecovery,
+    /// Program's state before the line of a session that is carried out under a job that is noted.
+    pub before_session: &'m mut Option<Standing>,
+    pub world: &'m mut World<'c, P>,
+    pub jobs: &'m Jobs,
+    pub program: &'m mut Interpreter,
+    /// Compensation of a frame that grows with heat.
+    pub thermal: &'m Thermal,
+    pub homed: AxisSet,
+    pub is_halted: bool,
+    /// Operator's factor of feed rates, while the program does not let it count.
+    pub feed_waits: Option<f64>,
+}
+
+/// The machine for the journal of a job.
+pub(crate) trait JournalHands<'c>: WaitHands<'c> + HaltHands<'c> {
+    /// Returns what the journal notes.
+    fn noted(&mut self) -> Noted<'_, 'c, Self::Ports>;
+
+    /// Whether a job is on its way back after a power cut.
+    fn comes_back(&self) -> bool;
+
+    /// Puts limits, steps and filters back as before a file was read over.
+    fn put_back(&mut self);
+}
+
+impl<'c, P: Ports> JournalHands<'c> for Machine<'c, P> {
+    fn noted(&mut self) -> Noted<'_, 'c, P> {
+        let States { journal, recovery, stalls, before_session, .. } = &mut self.features;
+        Noted {
+            journal,
+            recovery,
+            stalls,
+            before_session,
+            world: &mut self.world,
+            jobs: &self.jobs,
+            program: &mut self.program,
+            thermal: &self.thermal,
+            homed: self.axes.homed(),
+            is_halted: self.safety.is_halted(),
+            feed_waits: self.feed_waits,
+        }
+    }
+
+    fn comes_back(&self) -> bool {
+        self.features.recovery.is_some()
+    }
+
+    fn put_back(&mut self) {
+        fast_forward::put_back(self);
+    }
+}
+
 /// Prepares the note of a brown-out for a job without a journal, if supplies are watched.
-fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
-    let is_looked_for =
-        !machine.world.config.voltages.is_empty() && machine.world.config.system.brown_out_volts != Some(Volts(0.0));
-    if machine.features.journal.is_on || !is_looked_for {
+fn note_of_brown_out<'c>(hands: &mut impl JournalHands<'c>) {
+    let config = hands.world().config;
+    let is_looked_for = !config.voltages.is_empty() && config.system.brown_out_volts != Some(Volts(0.0));
+    if hands.noted().journal.is_on || !is_looked_for {
         return;
     }
-    card::at_rest(machine);
-    if brown_out::is_prepared(&mut machine.world.ports) {
+    card::at_rest(hands);
+    if brown_out::is_prepared(&mut hands.world().ports) {
         return;
     }
-    card::at_rest(machine);
+    card::at_rest(hands);
     // A card that takes no writes keeps no note.
-    let Ok(file) = machine.world.ports.open(brown_out::PATH, OpenMode::Write) else { return };
-    card::at_rest(machine);
+    let Ok(file) = hands.world().ports.open(brown_out::PATH, OpenMode::Write) else { return };
+    card::at_rest(hands);
     // The next job finds a block that was not written by its wrong size.
-    let _ = brown_out::prepare(&mut machine.world.ports, file);
-    card::at_rest(machine);
+    let _ = brown_out::prepare(&mut hands.world().ports, file);
+    card::at_rest(hands);
     // A failed close shows as a wrong size, too.
-    let _ = machine.world.ports.close(file);
+    let _ = hands.world().ports.close(file);
 }
 
 /// Begins the journal of a file that is about to be played: the first line has not been read.
-pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.features.journal.close(&mut machine.world.ports);
+pub(crate) fn begin<'c>(hands: &mut impl JournalHands<'c>) {
+    let is_checked = hands.state() == State::Check;
+    let Noted { journal, recovery, world, jobs, .. } = hands.noted();
+    journal.close(&mut world.ports);
     // The boot file is no job, and a job that goes on after a power cut is noted already.
-    let is_job = machine.features.recovery.is_none() && machine.safety.state() != State::Check;
-    if !is_job || machine.jobs.is_boot_file(machine.world.config) {
+    if recovery.is_some() || is_checked || jobs.is_boot_file(world.config) {
         return;
     }
     // Everybody is served between the steps: each reads directories and tables.
-    card::at_rest(machine);
-    give_up_offer(machine);
-    note_of_brown_out(machine);
-    if !machine.features.journal.is_on {
+    card::at_rest(hands);
+    give_up_offer(&mut hands.noted());
+    note_of_brown_out(hands);
+    let Noted { journal, program, world, .. } = hands.noted();
+    if !journal.is_on {
         return;
     }
-    let Some(beginning) = program::beginning(&mut machine.program) else {
-        return machine.announce(format_args!(
+    let Some(beginning) = program::beginning(program) else {
+        return world.announce(format_args!(
             "// NOTE no journal of this job: modes are in force (G64, G93, G18 cycles, loops) that it does not keep\n"
         ));
     };
-    match make(machine) {
+    match make(hands) {
         Err(Failure::HALTED) => return,
         Err(why) if why.is_refusal() => {
-            return machine
-                .announce(format_args!("// WARNING no journal of this job: {}\n", machine.world.texts.of(why)));
+            let why = hands.world().texts.of(why);
+            return hands.announce(format_args!("// WARNING no journal of this job: {why}\n"));
         }
         _ => {}
     }
-    card::at_rest(machine);
-    let counted = machine.features.journal.count(&mut machine.world.ports);
-    card::at_rest(machine);
-    let value = counted.and_then(|()| machine_value(&mut machine.world.ports));
-    card::at_rest(machine);
-    let played = value.and_then(|value| machine.jobs.played_file(value, &mut machine.world.ports));
-    card::at_rest(machine);
-    if !machine.jobs.is_open() {
+    card::at_rest(hands);
+    let Noted { journal, world, .. } = hands.noted();
+    let counted = journal.count(&mut world.ports);
+    card::at_rest(hands);
+    let value = counted.and_then(|()| machine_value(&mut hands.world().ports));
+    card::at_rest(hands);
+    let Noted { jobs, world, .. } = hands.noted();
+    let played = value.and_then(|value| jobs.played_file(value, &mut world.ports));
+    card::at_rest(hands);
+    let Noted { journal, world, jobs, .. } = hands.noted();
+    if !jobs.is_open() {
         return;
     }
-    let Machine { features: States { journal, .. }, world: World { ports, .. }, .. } = machine;
     let begun = match played {
-        Ok(file) if PlayedFile::fits(&file.path) => journal.begin(&file, &beginning, ports),
-        Ok(_) => return machine.announce(format_args!("// NOTE no journal of this job: its path is too long\n")),
+        Ok(file) if PlayedFile::fits(&file.path) => journal.begin(&file, &beginning, &mut world.ports),
+        Ok(_) => return world.announce(format_args!("// NOTE no journal of this job: its path is too long\n")),
         Err(error) => Err(error),
     };
-    let now = machine.world.ports.now();
-    machine.features.journal.due = now.plus(machine.world.config.player.power_loss.period);
-    (machine.features.journal.halts, machine.features.journal.has_laid) = (false, false);
+    journal.due = world.ports.now().plus(world.config.player.power_loss.period);
+    (journal.halts, journal.has_laid) = (false, false);
     if let Err(error) = begun {
-        machine.announce(format_args!("// WARNING no journal of this job: {}\n", error.text()));
+        world.announce(format_args!("// WARNING no journal of this job: {}\n", error.text()));
     }
 }
 
 /// Makes the journal's file, where there is none: M413 may have switched it on, or the card is another one.
 /// Everybody is served between its blocks.
-fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    let failed = |error: StorageError| machine.world.texts.because(error.text());
-    card::at_rest(machine);
-    let Some(mut blank) = Blank::begin(&mut machine.world.ports).map_err(failed)? else { return Ok(()) };
-    machine.announce(format_args!("// NOTE the journal is made on the card, before the job begins\n"));
+fn make<'c>(hands: &mut impl WaitHands<'c>) -> Result<(), Failure> {
+    let texts = hands.world().texts;
+    let failed = |error: StorageError| texts.because(error.text());
+    card::at_rest(hands);
+    let Some(mut blank) = Blank::begin(&mut hands.world().ports).map_err(failed)? else { return Ok(()) };
+    hands.announce(format_args!("// NOTE the journal is made on the card, before the job begins\n"));
     let made = loop {
-        if let Err(halted) = machine.wait(Wake::Any).unless_halted() {
+        if let Err(halted) = hands.wait(Wake::Any).unless_halted() {
             break Err(halted);
         }
-        card::at_rest(machine);
-        match blank.write(&mut machine.world.ports) {
+        card::at_rest(hands);
+        match blank.write(&mut hands.world().ports) {
             Ok(false) => {}
             Ok(true) => break Ok(()),
             Err(error) => break Err(failed(error)),
         }
     };
-    card::at_rest(machine);
-    let made = made.and(blank.close(&mut machine.world.ports).map_err(failed));
-    card::at_rest(machine);
+    card::at_rest(hands);
+    let made = made.and(blank.close(&mut hands.world().ports).map_err(failed));
+    card::at_rest(hands);
     made
 }
 
 /// Gives up the offer of another job: playing a file ends it, whether a journal is kept or not.
-pub(crate) fn give_up_offer<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !core::mem::take(&mut machine.features.journal.has_offer) {
+pub(crate) fn give_up_offer<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    if !core::mem::take(&mut noted.journal.has_offer) {
         return;
     }
-    if let Ok(Found::Offer(offer)) = find(&mut machine.world.ports)
-        && forget(&offer, &mut machine.world.ports).is_ok()
+    if let Ok(Found::Offer(offer)) = find(&mut noted.world.ports)
+        && forget(&offer, &mut noted.world.ports).is_ok()
     {
-        machine.announce(format_args!("// NOTE {} is not gone on with any more\n", offer.file.path));
+        noted.world.announce(format_args!("// NOTE {} is not gone on with any more\n", offer.file.path));
     }
 }
 
 /// Notes axes that are moved while the card has a job to go on with: they are not where that job has left
 /// them, which is to be known after another power cut too.
-fn watch_offer<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.features.journal.has_offer
-        || machine.features.journal.is_noting()
-        || machine.features.recovery.is_some()
-    {
+fn watch_offer<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    if !noted.journal.has_offer || noted.journal.is_noting() || noted.recovery.is_some() {
         return;
     }
-    let (here, stood) =
-        (machine.world.ports.motion(|motion| motion.live_position()), machine.features.journal.stood_at);
+    let (here, stood) = (noted.world.ports.motion(|motion| motion.live_position()), noted.journal.stood_at);
     let is_away = |axis: &Axis| libm::fabs(here[*axis] - stood[*axis]) > UNNOTED;
     let strayed = AxisSet::collect(Axis::PRIMARY.into_iter().filter(is_away));
-    if machine.features.journal.strayed.has_all(strayed) {
+    if noted.journal.strayed.has_all(strayed) {
         return;
     }
-    if !machine.world.ports.is_ready() {
+    if !noted.world.ports.is_ready() {
         return;
     }
-    machine.features.journal.strayed = machine.features.journal.strayed.or(strayed);
-    let Ok(Found::Offer(offer)) = find(&mut machine.world.ports) else { return };
-    let noted = offer.entry.strayed | bits(machine.features.journal.strayed);
-    if noted != offer.entry.strayed
-        && let Err(error) = stray(&offer, noted, &mut machine.world.ports)
+    noted.journal.strayed = noted.journal.strayed.or(strayed);
+    let Ok(Found::Offer(offer)) = find(&mut noted.world.ports) else { return };
+    let strayed = offer.entry.strayed | bits(noted.journal.strayed);
+    if strayed != offer.entry.strayed
+        && let Err(error) = stray(&offer, strayed, &mut noted.world.ports)
     {
-        machine.announce(format_args!(
+        noted.world.announce(format_args!(
             "// WARNING the journal does not know that the machine was moved: {}\n",
             error.text()
         ));
@@ -175,75 +241,74 @@ fn bits(axes: AxisSet) -> u8 {
 }
 
 /// Ends the journal of a job that is over.
-pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.features.journal.end(&mut machine.world.ports);
+pub(crate) fn end<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    noted.journal.end(&mut noted.world.ports);
 }
 
 /// Keeps that state before a session's line, under a job that is noted.
-pub(crate) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) {
-    let counts =
-        machine.features.journal.is_noting() || machine.features.stalls.beginning_of(machine.jobs.count()).is_some();
-    machine.features.before_session = counts.then(|| program::standing(&mut machine.program));
+pub(crate) fn before_session<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    let counts = noted.journal.is_noting() || noted.stalls.beginning_of(noted.jobs.count()).is_some();
+    *noted.before_session = counts.then(|| program::standing(noted.program));
 }
 
 /// Ends the journal if a session's line has changed the program: the file alone does not lead there any more.
-pub(crate) fn after_session<P: Ports>(machine: &mut Machine<'_, P>) {
-    let before = machine.features.before_session.take();
-    if before.is_none() || !machine.jobs.is_open() || machine.jobs.is_suspended() {
+pub(crate) fn after_session<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    let before = noted.before_session.take();
+    if before.is_none() || !noted.jobs.is_open() || noted.jobs.is_suspended() {
         return;
     }
-    if before == Some(program::standing(&mut machine.program)) {
+    if before == Some(program::standing(noted.program)) {
         return;
     }
-    machine.features.stalls.forget_beginning();
-    if machine.features.journal.is_noting() {
-        machine.features.journal.end(&mut machine.world.ports);
-        machine.announce(format_args!(
+    noted.stalls.forget_beginning();
+    if noted.journal.is_noting() {
+        noted.journal.end(&mut noted.world.ports);
+        noted.world.announce(format_args!(
             "// NOTE a console has changed modes or offsets under the job: it cannot be gone on with after a power cut\n"
         ));
     }
 }
 
 /// Looks at the job, and notes an entry that is due.
-pub(crate) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    watch_offer(machine);
-    let is_away = machine.features.recovery.is_some() || machine.features.stalls.is_under_way();
-    if !machine.features.journal.is_noting() || machine.features.journal.halts || is_away {
+pub(crate) fn tick<P: Ports>(noted: &mut Noted<'_, '_, P>, now: Micros) {
+    watch_offer(noted);
+    let is_away = noted.recovery.is_some() || noted.stalls.is_under_way();
+    if !noted.journal.is_noting() || noted.journal.halts || is_away {
         return;
     }
-    if !machine.jobs.is_open() {
-        return machine.features.journal.end(&mut machine.world.ports);
+    if !noted.jobs.is_open() {
+        return noted.journal.end(&mut noted.world.ports);
     }
-    if now < machine.features.journal.look_due {
+    if now < noted.journal.look_due {
         return;
     }
-    machine.features.journal.look_due = now.plus(LOOK_PERIOD);
-    let (is_elsewhere, period) = (look(machine), machine.world.config.player.power_loss.period);
+    noted.journal.look_due = now.plus(LOOK_PERIOD);
+    let (is_elsewhere, period) = (look(noted), noted.world.config.player.power_loss.period);
     // A suspended job's file does not say where Z goes.
-    let apart = if machine.jobs.is_suspended() { SUSPENDED_HEIGHT_PERIOD } else { HEIGHT_PERIOD };
-    let is_elsewhere = is_elsewhere && now.plus(period) >= machine.features.journal.due.plus(apart);
+    let apart = if noted.jobs.is_suspended() { SUSPENDED_HEIGHT_PERIOD } else { HEIGHT_PERIOD };
+    let is_elsewhere = is_elsewhere && now.plus(period) >= noted.journal.due.plus(apart);
     // A busy card takes the entry a look later.
-    let is_due = machine.features.journal.has_laid && (now >= machine.features.journal.due || is_elsewhere);
-    if is_due && machine.world.ports.is_ready() {
-        machine.features.journal.due = now.plus(machine.world.config.player.power_loss.period);
-        note(machine, Heights::Planned, false);
+    let is_due = noted.journal.has_laid && (now >= noted.journal.due || is_elsewhere);
+    if is_due && noted.world.ports.is_ready() {
+        noted.journal.due = now.plus(noted.world.config.player.power_loss.period);
+        note(noted, Heights::Planned, false);
     }
 }
 
 /// Whether Z is about to leave the heights that were noted, or has come to rest at one of several. The first
 /// filament that is laid is worth an entry too: before that there is nothing to go on with.
-fn look<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+fn look<P: Ports>(noted: &mut Noted<'_, '_, P>) -> bool {
     let (place, ahead) =
-        machine.world.ports.motion(|motion| (motion.live_position(), motion.range_ahead(Axis::Z, AHEAD_S)));
-    let filament = machine.program.tools().active().map_or(0.0, |tool| place[tool.settings.axis]);
-    let (before, z) = (machine.features.journal.look, place[Axis::Z]);
-    machine.features.journal.look = Look { z, filament };
+        noted.world.ports.motion(|motion| (motion.live_position(), motion.range_ahead(Axis::Z, AHEAD_S)));
+    let filament = noted.program.tools().active().map_or(0.0, |tool| place[tool.settings.axis]);
+    let (before, z) = (noted.journal.look, place[Axis::Z]);
+    noted.journal.look = Look { z, filament };
     let rests = (z - before.z).abs() < SAME_HEIGHT && ahead[1] - ahead[0] < SAME_HEIGHT;
-    if !machine.features.journal.has_laid {
-        machine.features.journal.has_laid = rests && filament > before.filament && machine.axes.homed().has(Axis::Z);
-        return machine.features.journal.has_laid;
+    if !noted.journal.has_laid {
+        noted.journal.has_laid = rests && filament > before.filament && noted.homed.has(Axis::Z);
+        return noted.journal.has_laid;
     }
-    let noted = machine.features.journal.last.z;
+    let noted = noted.journal.last.z;
     let leaves = ahead[0] < noted[0] - UNNOTED || ahead[1] > noted[1] + UNNOTED;
     leaves || rests && noted[1] - noted[0] > SAME_HEIGHT
 }
@@ -260,48 +325,45 @@ pub(crate) enum Heights {
 }
 
 /// Notes the place of the job.
-pub(crate) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) {
-    let entry = entry(machine, heights, stands);
-    let Machine { features: States { journal, .. }, world: World { ports, .. }, .. } = machine;
+pub(crate) fn note<P: Ports>(noted: &mut Noted<'_, '_, P>, heights: Heights, stands: bool) {
+    let entry = entry(noted, heights, stands);
+    let Noted { journal, world: World { ports, .. }, .. } = noted;
     match journal.note(entry, ports) {
         Ok(()) => (journal.stood_at, journal.strayed) = (PerAxis(entry.position), AxisSet::NONE),
-        Err(error) => {
-            machine.announce(format_args!("// WARNING the journal of the job is not kept any more: {}\n", error.text()))
-        }
+        Err(error) => noted
+            .world
+            .announce(format_args!("// WARNING the journal of the job is not kept any more: {}\n", error.text())),
     }
 }
 
 /// Whether there is something to go on with, and more of it to be noted.
-fn is_kept<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    machine.features.journal.is_noting()
-        && machine.features.journal.has_laid
-        && !machine.features.journal.halts
-        && machine.features.recovery.is_none()
+fn is_kept<P: Ports>(noted: &Noted<'_, '_, P>) -> bool {
+    noted.journal.is_noting() && noted.journal.has_laid && !noted.journal.halts && noted.recovery.is_none()
 }
 
 /// Notes that a person has left an object out, or taken one in again.
-pub(crate) fn objects_change<P: Ports>(machine: &mut Machine<'_, P>) {
-    if is_kept(machine) && machine.jobs.objects.left_out() != machine.features.journal.last.left_out {
-        note(machine, Heights::Planned, false);
+pub(crate) fn objects_change<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    if is_kept(noted) && noted.jobs.objects.left_out() != noted.journal.last.left_out {
+        note(noted, Heights::Planned, false);
     }
 }
 
 /// Notes heights that the machine goes to now, and that the file does not say.
-pub(crate) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, [least, most]: [f64; 2]) {
-    if !is_kept(machine) {
+pub(crate) fn leaves_height<P: Ports>(noted: &mut Noted<'_, '_, P>, [least, most]: [f64; 2]) {
+    if !is_kept(noted) {
         return;
     }
-    let here = machine.world.ports.motion(|motion| motion.live_position())[Axis::Z];
+    let here = noted.world.ports.motion(|motion| motion.live_position())[Axis::Z];
     let (least, most) = (here.min(least), here.max(most));
     if most - least > UNNOTED {
-        note(machine, Heights::Between([least, most]), false);
+        note(noted, Heights::Between([least, most]), false);
     }
 }
 
-fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) -> Entry {
-    let last = machine.features.journal.last;
-    let now = machine.world.ports.now();
-    let (tag, position, ahead, factors, bed) = machine.world.ports.motion(|motion| {
+fn entry<P: Ports>(noted: &mut Noted<'_, '_, P>, heights: Heights, stands: bool) -> Entry {
+    let last = noted.journal.last;
+    let now = noted.world.ports.now();
+    let (tag, position, ahead, factors, bed) = noted.world.ports.motion(|motion| {
         let tag = (!motion.is_idle()).then(|| motion.passed().tag);
         let ahead = motion.range_ahead(Axis::Z, AHEAD_S);
         (tag, motion.live_position(), ahead, motion.overrides(), motion.compensation().bed())
@@ -311,8 +373,8 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
         _ if stands => [position[Axis::Z]; 2],
         _ => ahead,
     };
-    let is_away = machine.features.recovery.is_some() || machine.features.stalls.is_under_way();
-    if is_away || machine.features.journal.halts {
+    let is_away = noted.recovery.is_some() || noted.stalls.is_under_way();
+    if is_away || noted.journal.halts {
         // On the way back to the job, and once it is closed, only the machine's place changes.
         let doing = match last.doing {
             _ if heights == Heights::Any => Doing::WaitsAnywhere,
@@ -323,32 +385,32 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
         return Entry { position: position.0, z, stands, doing, strayed: 0, ..last };
     }
     let (made, doing) = match tag {
-        Some(tag) => match machine.jobs.made(tag) {
+        Some(tag) => match noted.jobs.made(tag) {
             Some(made) => (made, Doing::Job),
             // Moves of a session are no part of the job.
             None => (last.made, Doing::Passes),
         },
         // The last line may still wait for something.
-        None => (machine.jobs.begun().saturating_sub(1), Doing::Job),
+        None => (noted.jobs.begun().saturating_sub(1), Doing::Job),
     };
-    let doing = if machine.jobs.is_suspended() { Doing::Waits } else { doing };
-    let targets = targets(machine, &last);
+    let doing = if noted.jobs.is_suspended() { Doing::Waits } else { doing };
+    let targets = targets(noted, &last);
     let mut flow = [1.0; 3];
-    flow.iter_mut().zip(machine.program.tools().all()).for_each(|(to, tool)| *to = tool.flow);
+    flow.iter_mut().zip(noted.program.tools().all()).for_each(|(to, tool)| *to = tool.flow);
     Entry {
         made,
-        line: machine.jobs.line_now(),
-        seconds: machine.jobs.progress(now).map_or(last.seconds, |(seconds, _)| seconds as u32),
+        line: noted.jobs.line_now(),
+        seconds: noted.jobs.progress(now).map_or(last.seconds, |(seconds, _)| seconds as u32),
         position: position.0,
         z,
         targets,
-        feed_factor: machine.feed_waits.unwrap_or(factors.feed) * machine.program.modal().speed_factor,
+        feed_factor: noted.feed_waits.unwrap_or(factors.feed) * noted.program.modal().speed_factor,
         flow,
-        homed: bits(machine.axes.homed()),
+        homed: bits(noted.homed),
         has_mesh: u8::from(bed != Bed::Flat),
-        left_out: machine.jobs.objects.left_out(),
-        frame: machine.thermal.reference().unwrap_or(0.0),
-        thermal_z: machine.thermal.offset(),
+        left_out: noted.jobs.objects.left_out(),
+        frame: noted.thermal.reference().unwrap_or(0.0),
+        thermal_z: noted.thermal.offset(),
         strayed: 0,
         stands,
         doing,
@@ -357,15 +419,15 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
 }
 
 /// Returns the temperatures that the job goes on with, C.
-fn targets<P: Ports>(machine: &mut Machine<'_, P>, last: &Entry) -> [f64; units::MAX_HEATERS] {
+fn targets<P: Ports>(noted: &mut Noted<'_, '_, P>, last: &Entry) -> [f64; units::MAX_HEATERS] {
     let mut targets = last.targets;
-    if machine.safety.is_halted() {
+    if noted.is_halted {
         // The halt has switched heaters off: the targets of the entry before are meant.
-    } else if let Some(suspended) = machine.jobs.suspended() {
+    } else if let Some(suspended) = noted.jobs.suspended() {
         targets.iter_mut().zip(&suspended.targets).for_each(|(to, target)| *to = f64::from(target.0));
     } else {
         targets = [0.0; units::MAX_HEATERS];
-        machine.world.ports.heat(|heat| {
+        noted.world.ports.heat(|heat| {
             targets.iter_mut().zip(heat.heaters()).for_each(|(to, (_, heater))| *to = f64::from(heater.target().0));
         });
     }
@@ -373,29 +435,28 @@ fn targets<P: Ports>(machine: &mut Machine<'_, P>, last: &Entry) -> [f64; units:
 }
 
 /// Notes the line at which the machine halts, outputs off already; where it comes to rest is not known yet.
-pub(crate) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.features.journal.is_noting() || machine.features.journal.halts {
+pub(crate) fn halts<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    if !noted.journal.is_noting() || noted.journal.halts {
         return;
     }
-    if !machine.features.journal.has_laid {
-        return machine.features.journal.end(&mut machine.world.ports);
+    if !noted.journal.has_laid {
+        return noted.journal.end(&mut noted.world.ports);
     }
-    if machine.features.recovery.as_ref().is_some_and(|recovery| !recovery.is_placed) {
+    if noted.recovery.as_ref().is_some_and(|recovery| !recovery.is_placed) {
         // A recovery without a place has not moved: the entry that was noted stays.
-        return machine.features.journal.close(&mut machine.world.ports);
+        return noted.journal.close(&mut noted.world.ports);
     }
-    if machine.features.recovery.is_none() && machine.jobs.is_open() {
-        note(machine, Heights::Planned, false);
+    if noted.recovery.is_none() && noted.jobs.is_open() {
+        note(noted, Heights::Planned, false);
     }
-    machine.features.journal.halts = true;
+    noted.journal.halts = true;
 }
 
 /// Notes where the halted machine stands.
-pub(crate) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.features.journal.is_noting() && machine.features.journal.halts {
-        note(machine, Heights::Planned, true);
-        machine.features.journal.close(&mut machine.world.ports);
+pub(crate) fn stands<P: Ports>(noted: &mut Noted<'_, '_, P>) {
+    if noted.journal.is_noting() && noted.journal.halts {
+        note(noted, Heights::Planned, true);
+        noted.journal.close(&mut noted.world.ports);
     }
-    (machine.features.journal.halts, machine.features.recovery) = (false, None);
-    crate::machine::fast_forward::put_back(machine);
+    (noted.journal.halts, *noted.recovery) = (false, None);
 }

@@ -4,75 +4,76 @@ pub(crate) mod job_recovery;
 pub(crate) mod journal;
 pub(crate) mod standing;
 
-use base::Ports;
 use base::sessions::Recipient;
 use units::Micros;
 
-use crate::machine::Machine;
+use self::job_recovery::RecoveryHands;
+use self::journal::JournalHands;
 use crate::machine::moments::{JobBegins, Moments};
 
 /// The journal and the way back from it, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
+impl<'c, M: JournalHands<'c> + RecoveryHands<'c>> Moments<M> for Feature {
+    fn started(hands: &mut M, is_usable: bool) {
         if is_usable {
-            job_recovery::say_offer(machine);
+            job_recovery::say_offer(hands);
         }
     }
 
-    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        journal::tick(machine, now);
+    fn each_10_ms(hands: &mut M, now: Micros) {
+        journal::tick(&mut hands.noted(), now);
     }
 
-    fn session_line_begins(machine: &mut Machine<'_, P>) {
-        journal::before_session(machine);
+    fn session_line_begins(hands: &mut M) {
+        journal::before_session(&mut hands.noted());
     }
 
-    fn session_line_ends(machine: &mut Machine<'_, P>) {
-        journal::after_session(machine);
+    fn session_line_ends(hands: &mut M) {
+        journal::after_session(&mut hands.noted());
     }
 
-    fn job_begins(machine: &mut Machine<'_, P>, from: JobBegins) {
+    fn job_begins(hands: &mut M, from: JobBegins) {
         match from {
-            JobBegins::Whole => journal::begin(machine),
+            JobBegins::Whole => journal::begin(hands),
             // A journal that began in the middle of the file would lead nowhere.
             JobBegins::FurtherOn | JobBegins::Again => {}
-            JobBegins::Elsewhere => journal::give_up_offer(machine),
+            JobBegins::Elsewhere => journal::give_up_offer(&mut hands.noted()),
         }
     }
 
-    fn job_is_unreadable(machine: &mut Machine<'_, P>) {
-        machine.features.journal.lose();
+    fn job_is_unreadable(hands: &mut M) {
+        hands.noted().journal.lose();
     }
 
-    fn job_ends(machine: &mut Machine<'_, P>, _is_done: bool, _to: Recipient) {
-        journal::end(machine);
+    fn job_ends(hands: &mut M, _is_done: bool, _to: Recipient) {
+        journal::end(&mut hands.noted());
     }
 
-    fn leaves_for_heights(machine: &mut Machine<'_, P>, heights: [f64; 2]) {
-        journal::leaves_height(machine, heights);
+    fn leaves_for_heights(hands: &mut M, heights: [f64; 2]) {
+        journal::leaves_height(&mut hands.noted(), heights);
     }
 
-    fn keeps_thermal_z(machine: &Machine<'_, P>) -> bool {
-        machine.features.recovery.is_some()
+    fn keeps_thermal_z(hands: &M) -> bool {
+        hands.comes_back()
     }
 
-    fn objects_change(machine: &mut Machine<'_, P>) {
-        journal::objects_change(machine);
+    fn objects_change(hands: &mut M) {
+        journal::objects_change(&mut hands.noted());
     }
 
-    fn job_is_dropped(machine: &mut Machine<'_, P>) {
-        journal::halts(machine);
+    fn job_is_dropped(hands: &mut M) {
+        journal::halts(&mut hands.noted());
     }
 
-    fn rests(machine: &mut Machine<'_, P>) {
-        journal::stands(machine);
+    fn rests(hands: &mut M) {
+        journal::stands(&mut hands.noted());
+        hands.put_back();
     }
 
-    fn work_was_ended(machine: &mut Machine<'_, P>) {
-        if machine.features.recovery.is_some() {
-            job_recovery::give_up(machine);
+    fn work_was_ended(hands: &mut M) {
+        if hands.comes_back() {
+            job_recovery::give_up(hands);
         }
     }
 }
