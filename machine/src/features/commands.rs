@@ -18,6 +18,7 @@ use program::commands::{Command, CommandInfo, Question, asks_for_help, find};
 use program::{Dialect, Interpreter, Part, State};
 
 use crate::features::axis_tests::command;
+use crate::features::forecast::ForecastHands as _;
 use crate::features::{event_log, file_commands, forecast, functions, play_from, update, usb_disk};
 use crate::machine::fast_forward_record::Until;
 use crate::machine::hands::MachineHands;
@@ -112,7 +113,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         C::Break => apart(|| event_log::stop_for_debugger(&mut machine.world, &machine.safety, to)),
         C::LendCard => apart(|| usb_disk::msc(&mut MachineHands::new(machine, to), arguments)),
         C::LoadSettings => apart(|| load(machine, arguments, to)),
-        C::Check => apart(|| forecast::check(machine, arguments, to)),
+        C::Check => apart(|| check(machine, arguments, to)),
         C::Play => play_file(machine, arguments, to),
         C::Queue => {
             let Machine { jobs, files, world, .. } = machine;
@@ -251,7 +252,7 @@ fn set_registers<P: Ports>(
 fn progress<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let now = machine.world.ports.now();
     machine.follow_job();
-    let time_left = forecast::time_left(machine);
+    let time_left = forecast::time_left(&mut machine.forecast());
     let Machine { jobs, world, .. } = machine;
     jobs.progress_command(arguments, now, &time_left, &mut world.reply(to));
     Ok(Answer::Ok)
@@ -380,4 +381,13 @@ fn probe_line(config: &MachineConfig, words: &str) -> Result<ShortText, Failure>
         return Err(Failure::refused(&"$P takes the words of G30"));
     }
     Ok(text)
+}
+
+/// Begins to look at a file: `check file`.
+fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+    if name.is_empty() {
+        return Err(Failure::refused(&"which file? check file"));
+    }
+    let path = machine.files.absolute(name.trim_matches('"'));
+    forecast::check(&mut machine.forecast(), &path, to)
 }

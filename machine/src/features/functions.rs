@@ -20,6 +20,7 @@ use procedures::{alignment, arms, autotune, endstop_phase, leveling};
 use program::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing, Words};
 use units::AxisSet;
 
+use crate::features::forecast::ForecastHands as _;
 use crate::features::power_loss::job_recovery;
 use crate::features::state::States;
 use crate::features::{automatic_outputs, filament, forecast, objects, periodic_reports, statistics};
@@ -302,13 +303,11 @@ fn file_or_job<P: Ports>(
             periodic_reports::command(&mut machine.world, Periodic::Job, words, to)
         }
         FileFunction::ReportJob => {
-            let time_left = forecast::time_left(machine);
-            machine.jobs.say_bytes(&time_left, &mut Reply::new(machine.world.sessions, to));
+            forecast::say_bytes(&mut machine.forecast(), to);
             Ok(Answer::Ok)
         }
         FileFunction::ReportProgress => {
-            let time_left = forecast::time_left(machine);
-            machine.jobs.say_progress(&time_left, &mut Reply::new(machine.world.sessions, to));
+            forecast::say_progress(&mut machine.forecast(), to);
             Ok(Answer::Ok)
         }
         FileFunction::LoadSettings => settings_file::load(machine, words.text(), to),

@@ -4,23 +4,29 @@
 //! the bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes
 //! no more, or has all there is of the job.
 
+mod time_left;
+
 use core::fmt::Arguments;
 
 use base::clock_time::Clock;
 use base::failure::{Failure, Outcome};
 use base::paths::Path;
 use base::ports::{FileHandle, OpenMode, Storage, StorageError};
+use base::safety::travel::Travel;
 use base::sessions::{Listing, Recipient, Reply};
+use base::tuning::Tuning;
 use base::{Ports, World};
 use config::JobPreflight;
-use jobs::player::{FileLines, Lookup, PausePlace, Planned, Step, TOO_DEEP, TimeLeft, sub_path};
-use motion::Tag;
+use jobs::player::{FileLines, Jobs, Lookup, PausePlace, Step, TOO_DEEP, sub_path};
 use preflight::forecast::{Answer, ForecastFiles, Forecaster, Purpose, SharedForecast, Stage, Wanted};
 use preflight::{AsItIs, Kind, TOLD_LINES, Told};
-use program::Dialect;
-use units::{Celsius, MAX_HEATERS, Micros};
+use program::{Dialect, Interpreter};
+use units::{AxisSet, Celsius, MAX_HEATERS, Micros};
 
+use self::time_left::follow;
+pub(crate) use self::time_left::{say_bytes, say_progress, time_left};
 use crate::machine::moments::{JobBegins, JobStart, Moments};
+use crate::machine::work_hands::WorldHands;
 use crate::machine::{Machine, long_answers};
 
 /// Time after which a job's wait for the look at its file is told first; later each time the wait has
@@ -30,108 +36,150 @@ const TOLD_FIRST: Micros = Micros::from_seconds(1);
 const MOST_WARNINGS: u32 = 5;
 const CHANGED: &str = "the file has changed meanwhile";
 
+/// A forecast, and what the file is looked at with.
+pub(crate) struct Forecasting<'m, 'c, P> {
+    forecast: &'c SharedForecast,
+    forecaster: &'m mut dyn Forecaster,
+    /// Files that the forecast reads.
+    files: &'m mut ForecastFiles,
+    jobs: &'m mut Jobs,
+    world: &'m mut World<'c, P>,
+    program: &'m Interpreter,
+    tuning: &'m Tuning,
+    travel: &'m Travel,
+    homed: AxisSet,
+}
+
+/// The machine for looks ahead at a file.
+pub(crate) trait ForecastHands<'c>: WorldHands<'c> {
+    /// Whether a file is being looked at.
+    fn looks_at_file(&self) -> bool;
+
+    /// Whether there is a job, played or paused.
+    fn has_job(&self) -> bool;
+
+    /// Returns the forecast.
+    fn forecast(&mut self) -> Forecasting<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> ForecastHands<'c> for Machine<'c, P> {
+    fn looks_at_file(&self) -> bool {
+        self.forecast_files.is_open()
+    }
+
+    fn has_job(&self) -> bool {
+        self.jobs.is_open()
+    }
+
+    fn forecast(&mut self) -> Forecasting<'_, 'c, P> {
+        Forecasting {
+            forecast: self.forecast,
+            forecaster: self.forecaster,
+            files: &mut self.forecast_files,
+            jobs: &mut self.jobs,
+            world: &mut self.world,
+            program: &self.program,
+            tuning: &self.tuning,
+            travel: &self.safety.travel,
+            homed: self.axes.homed(),
+        }
+    }
+}
+
 /// The look ahead at a file, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn each_turn(machine: &mut Machine<'_, P>) {
-        if machine.forecast_files.is_open() {
-            serve(machine);
+impl<'c, M: ForecastHands<'c>> Moments<M> for Feature {
+    fn each_turn(hands: &mut M) {
+        if hands.looks_at_file() {
+            serve(&mut hands.forecast());
         }
     }
 
-    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
-        if machine.jobs.is_open() {
-            follow(machine);
+    fn each_10_ms(hands: &mut M, _now: Micros) {
+        if hands.has_job() {
+            follow(&mut hands.forecast());
         }
     }
 
-    fn job_may_start(machine: &mut Machine<'_, P>) -> JobStart {
-        job_begins(machine)
+    fn job_may_start(hands: &mut M) -> JobStart {
+        job_begins(&mut hands.forecast())
     }
 
-    fn job_begins(machine: &mut Machine<'_, P>, from: JobBegins) {
+    fn job_begins(hands: &mut M, from: JobBegins) {
         if from == JobBegins::Again {
-            job_goes_on(machine);
+            job_goes_on(&mut hands.forecast());
         }
     }
 
-    fn long_answer(
-        machine: &mut Machine<'_, P>,
-        listing: &mut Listing,
-        to: Recipient,
-    ) -> Option<Result<bool, Failure>> {
+    fn long_answer(hands: &mut M, listing: &mut Listing, to: Recipient) -> Option<Result<bool, Failure>> {
         match listing {
-            Listing::Check { line } => Some(check_piece(machine, line, to)),
+            Listing::Check { line } => Some(check_piece(&mut hands.forecast(), line, to)),
             _ => None,
         }
     }
 }
 
 /// Begins a forecast of a file for the machine as it is now (`check file`).
-pub(crate) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
-    if name.is_empty() {
-        return Err(Failure::refused(&"which file? check file"));
-    }
-    let forecast = machine.forecast;
+pub(crate) fn check<P: Ports>(ahead: &mut Forecasting<'_, '_, P>, path: &Path, to: Recipient) -> Outcome {
+    let forecast = ahead.forecast;
     if forecast.is_under_way() {
-        return Err(machine.world.texts.because(match forecast.purpose() {
+        return Err(ahead.world.texts.because(match forecast.purpose() {
             Purpose::Job => "the file that is played is still looked at: ask again in a moment",
             Purpose::Check => "a file is being looked at already",
         }));
     }
-    let path = machine.files.absolute(name.trim_matches('"'));
-    begin(machine, &path, Purpose::Check, None)?;
-    long_answers::begin(&mut machine.world, Listing::Check { line: 0 }, to)
+    begin(ahead, path, Purpose::Check, None)?;
+    long_answers::begin(ahead.world, Listing::Check { line: 0 }, to)
 }
 
 /// Begins the forecast of a job that is about to begin, which waits for it if so configured.
-pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> JobStart {
-    let waits = matches!(machine.world.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
-    start(machine, waits && !machine.jobs.is_forced())
+pub(crate) fn job_begins<P: Ports>(ahead: &mut Forecasting<'_, '_, P>) -> JobStart {
+    let waits = matches!(ahead.world.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
+    start(ahead, waits && !ahead.jobs.is_forced())
 }
 
 /// Begins the forecast of a job that goes on after a power cut: the job does not wait for it.
-pub(crate) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn job_goes_on<P: Ports>(ahead: &mut Forecasting<'_, '_, P>) {
     // A job that does not wait for its forecast cannot be ended by it.
-    let _now = start(machine, false);
+    let _now = start(ahead, false);
 }
 
-fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> JobStart {
-    let forecast = machine.forecast;
-    if machine.forecast_files.holds && machine.forecast_files.job == machine.jobs.count() {
-        return match (machine.world.config.player.preflight, forecast.is_under_way()) {
-            (JobPreflight::Travel, _) => looked_at_for_a_while(machine, forecast),
+fn start<P: Ports>(ahead: &mut Forecasting<'_, '_, P>, holds: bool) -> JobStart {
+    let forecast = ahead.forecast;
+    if ahead.files.holds && ahead.files.job == ahead.jobs.count() {
+        return match (ahead.world.config.player.preflight, forecast.is_under_way()) {
+            (JobPreflight::Travel, _) => looked_at_for_a_while(ahead, forecast),
             (_, true) => {
-                tell_how_far(machine, forecast);
+                tell_how_far(ahead, forecast);
                 JobStart::Later
             }
-            (_, false) => looked_at(machine, forecast),
+            (_, false) => looked_at(ahead, forecast),
         };
     }
     forecast.forget_course();
-    let Some(path) = machine.jobs.path().cloned() else { return JobStart::Now };
-    if machine.world.config.player.preflight == JobPreflight::Off {
+    let Some(path) = ahead.jobs.path().cloned() else { return JobStart::Now };
+    if ahead.world.config.player.preflight == JobPreflight::Off {
         return JobStart::Now;
     }
-    let dialect = machine.jobs.dialect();
-    match begin(machine, &path, Purpose::Job, dialect) {
-        Err(why) if why.is_refusal() && holds && machine.world.config.player.preflight == JobPreflight::Refuse => {
-            return refuse(machine, format_args!("{}", machine.world.texts.of(why)));
+    let dialect = ahead.jobs.dialect();
+    match begin(ahead, &path, Purpose::Job, dialect) {
+        Err(why) if why.is_refusal() && holds && ahead.world.config.player.preflight == JobPreflight::Refuse => {
+            return refuse(ahead, format_args!("{}", ahead.world.texts.of(why)));
         }
         // A file that cannot be read twice is played all the same.
         Err(_) => return JobStart::Now,
         Ok(()) => {}
     }
-    (machine.forecast_files.job, machine.forecast_files.holds) = (machine.jobs.count(), holds);
+    (ahead.files.job, ahead.files.holds) = (ahead.jobs.count(), holds);
     if holds {
-        let now = machine.world.ports.now();
-        (machine.forecast_files.waits_since, machine.forecast_files.told_at) = (now, now);
-        if machine.world.config.player.preflight == JobPreflight::Travel {
+        let now = ahead.world.ports.now();
+        (ahead.files.waits_since, ahead.files.told_at) = (now, now);
+        if ahead.world.config.player.preflight == JobPreflight::Travel {
             return JobStart::Later;
         }
-        let size = u64::from(machine.forecast_files.size).div_ceil(1_024);
-        machine.announce(format_args!(
+        let size = u64::from(ahead.files.size).div_ceil(1_024);
+        ahead.world.announce(format_args!(
             "// the whole file is looked at before it is begun, {size} kB; play --force file would not wait\n"
         ));
         return JobStart::Later;
@@ -140,104 +188,106 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> JobStart {
 }
 
 /// Tells now and then how far the look is that the job waits for, and its remaining time at that pace.
-fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
-    let (now, since) = (machine.world.ports.now(), machine.forecast_files.waits_since);
-    let (waited, told) = (now.since(since), machine.forecast_files.told_at.since(since));
+fn tell_how_far<P: Ports>(ahead: &mut Forecasting<'_, '_, P>, forecast: &SharedForecast) {
+    let (now, since) = (ahead.world.ports.now(), ahead.files.waits_since);
+    let (waited, told) = (now.since(since), ahead.files.told_at.since(since));
     if waited < TOLD_FIRST || waited.0 < 2 * told.0 {
         return;
     }
-    machine.forecast_files.told_at = now;
+    ahead.files.told_at = now;
     let seconds = waited.0 as f64 * 1e-6;
-    let percent = looked_at_share(machine, forecast);
+    let percent = looked_at_share(ahead, forecast);
     if percent > 0 {
         let left = seconds * (100.0 / f64::from(percent) - 1.0);
-        machine.announce(format_args!("// looked at {percent} % of the file, about {left:.0} s to go\n"));
+        ahead.world.announce(format_args!("// looked at {percent} % of the file, about {left:.0} s to go\n"));
     }
 }
 
 /// Returns the share of the file read, per cent; with loops and subroutines, the place of the look.
-fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, forecast: &SharedForecast) -> u8 {
-    let share = u64::from(forecast.lines(|lines| lines.read())) * 100 / u64::from(machine.forecast_files.size.max(1));
+fn looked_at_share<P: Ports>(ahead: &Forecasting<'_, '_, P>, forecast: &SharedForecast) -> u8 {
+    let share = u64::from(forecast.lines(|lines| lines.read())) * 100 / u64::from(ahead.files.size.max(1));
     share.min(100) as u8
 }
 
 /// Has the job wait for a configured time for a line that leaves the travel; the look goes on beside it.
-fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> JobStart {
-    warn(machine, forecast);
-    if let Some(why) = machine.forecast_files.spoilt {
+fn looked_at_for_a_while<P: Ports>(ahead: &mut Forecasting<'_, '_, P>, forecast: &SharedForecast) -> JobStart {
+    warn(ahead, forecast);
+    if let Some(why) = ahead.files.spoilt {
         forecast.forget();
-        return refuse(machine, format_args!("{why}"));
+        return refuse(ahead, format_args!("{why}"));
     }
-    let waited = machine.world.ports.now().since(machine.forecast_files.waits_since);
-    if forecast.is_under_way() && waited < machine.world.config.player.preflight_wait {
+    let waited = ahead.world.ports.now().since(ahead.files.waits_since);
+    if forecast.is_under_way() && waited < ahead.world.config.player.preflight_wait {
         return JobStart::Later;
     }
-    machine.forecast_files.holds = false;
+    ahead.files.holds = false;
     JobStart::Now
 }
 
 /// Decides on the job once its file has been looked at, or could not be.
-fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> JobStart {
-    warn(machine, forecast);
-    machine.forecast_files.holds = false;
+fn looked_at<P: Ports>(ahead: &mut Forecasting<'_, '_, P>, forecast: &SharedForecast) -> JobStart {
+    warn(ahead, forecast);
+    ahead.files.holds = false;
     let stops = forecast.totals().stops;
     match forecast.stage() {
         Stage::Done if stops == 0 => {
             let (warnings, time) = (forecast.totals().warnings, Clock(forecast.totals().seconds()));
-            machine.announce(format_args!(
+            ahead.world.announce(format_args!(
                 "// nothing in it stops the job: {warnings} warnings, {time} without heating\n"
             ));
             JobStart::Now
         }
-        Stage::Done => refuse(machine, format_args!("{stops} of its lines would stop it")),
-        Stage::Failed(why) => refuse(machine, format_args!("it could not be looked at: {why}")),
-        _ => refuse(machine, format_args!("the look at it was broken off")),
+        Stage::Done => refuse(ahead, format_args!("{stops} of its lines would stop it")),
+        Stage::Failed(why) => refuse(ahead, format_args!("it could not be looked at: {why}")),
+        _ => refuse(ahead, format_args!("the look at it was broken off")),
     }
 }
 
-fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: Arguments<'_>) -> JobStart {
-    let to = machine.jobs.tells_end();
-    machine.jobs.close(&mut machine.world.ports);
-    machine.announce(format_args!("error:the job was not begun: {why}; play --force file begins it all the same\n"));
+fn refuse<P: Ports>(ahead: &mut Forecasting<'_, '_, P>, why: Arguments<'_>) -> JobStart {
+    let to = ahead.jobs.tells_end();
+    ahead.jobs.close(&mut ahead.world.ports);
+    ahead
+        .world
+        .announce(format_args!("error:the job was not begun: {why}; play --force file begins it all the same\n"));
     // Listeners for the end of the job need not wait any longer.
     if to != Recipient::Nobody {
-        machine.say(to, format_args!("Done printing file\n"));
+        ahead.world.say(to, format_args!("Done printing file\n"));
     }
     JobStart::Never
 }
 
 fn begin<P: Ports>(
-    machine: &mut Machine<'_, P>,
+    ahead: &mut Forecasting<'_, '_, P>,
     path: &Path,
     purpose: Purpose,
     dialect: Option<Dialect>,
 ) -> Result<(), Failure> {
-    let Machine { forecast_files: files, forecaster, forecast, world: World { ports, .. }, .. } = machine;
+    let Forecasting { files, forecaster, forecast, world: World { ports, texts, .. }, .. } = ahead;
     forecast.forget();
     let can_look = ports.motion(|motion| forecaster.stand_as(motion));
     files.close(ports);
-    let failed = |error: StorageError| machine.world.texts.about_file(path, error.text());
+    let failed = |error: StorageError| texts.about_file(path, error.text());
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
     let size = ports.size(file).map_err(failed)?;
-    let forced = machine.world.config.player.dialect.or(dialect);
+    let forced = ahead.world.config.player.dialect.or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));
     // A check leaves everything known of the job.
     let (job, made) = (files.job, files.made);
-    *files =
+    **files =
         ForecastFiles { path: path.clone(), file: Some(file), size, lookup, job, made, ..ForecastFiles::default() };
-    let (targets, most_celsius) = machine.world.ports.heat(|heat| {
+    let (targets, most_celsius) = ahead.world.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
         let mut most = [Celsius(0.0); MAX_HEATERS];
         most.iter_mut().zip(heat.heaters()).for_each(|(most, (_, heater))| *most = heater.settings.max);
         (targets, most)
     });
-    let Machine { program, tuning, safety, axes, forecaster, forecast, .. } = machine;
+    let Forecasting { program, tuning, travel, homed, forecaster, forecast, .. } = ahead;
     let state = AsItIs {
         program,
         tuning,
-        travel: &safety.travel,
-        homed: axes.homed(),
+        travel,
+        homed: *homed,
         targets,
         most_celsius,
         dialect: forced,
@@ -255,23 +305,23 @@ fn begin<P: Ports>(
 /// Brings the input that the work waits for, and closes the files of ended work.
 #[cold]
 #[inline(never)]
-pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
-    let forecast = machine.forecast;
+pub(crate) fn serve<P: Ports>(ahead: &mut Forecasting<'_, '_, P>) {
+    let forecast = ahead.forecast;
     if !forecast.is_under_way() {
-        if forecast.stage() == Stage::Done && is_heard(machine, forecast.purpose()) {
+        if forecast.stage() == Stage::Done && is_heard(ahead, forecast.purpose()) {
             // Findings of the last turn are still untold.
-            warn(machine, forecast);
+            warn(ahead, forecast);
         }
-        let Machine { forecast_files: files, world: World { ports, .. }, .. } = machine;
+        let Forecasting { files, world: World { ports, .. }, .. } = ahead;
         return files.close(ports);
     }
-    if !is_heard(machine, forecast.purpose()) {
+    if !is_heard(ahead, forecast.purpose()) {
         return forecast.forget();
     }
-    warn(machine, forecast);
-    let is_read = machine.jobs.is_read();
-    let may_run = machine.world.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
-    let Machine { forecast_files: files, forecaster, world: World { ports, .. }, .. } = machine;
+    warn(ahead, forecast);
+    let is_read = ahead.jobs.is_read();
+    let may_run = ahead.world.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
+    let Forecasting { files, forecaster, world: World { ports, .. }, .. } = ahead;
     if let Some(lookup) = &mut files.lookup {
         forecast.allow(false);
         if may_run && look(lookup, files.file, forecast, *forecaster, ports).is_some() {
@@ -291,24 +341,24 @@ pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// Tells findings that stop the job, and has the job pause before them.
-fn warn<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
+fn warn<P: Ports>(ahead: &mut Forecasting<'_, '_, P>, forecast: &SharedForecast) {
     if forecast.purpose() != Purpose::Job {
         return;
     }
     while let Some(finding) = forecast.take_finding() {
         // A line of a subroutine's own file may come again.
-        let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
-        let holds = machine.forecast_files.holds;
-        let waits_for_all = holds && machine.world.config.player.preflight == JobPreflight::Refuse;
+        let comes = finding.sub.is_some() || finding.line > ahead.jobs.line();
+        let holds = ahead.files.holds;
+        let waits_for_all = holds && ahead.world.config.player.preflight == JobPreflight::Refuse;
         // A bed without leveling is told beside the findings that stop the job.
         let stops_it = finding.kind != Kind::Unleveled;
-        machine.forecast_files.warned += u32::from(stops_it);
+        ahead.files.warned += u32::from(stops_it);
         // Findings at lines that the machine has come to are told by the machine itself.
         let is_news = holds || comes;
         // Lines behind a first finding are judged as if its move had been made.
         let most = if waits_for_all { MOST_WARNINGS } else { 1 };
-        if machine.world.config.player.preflight == JobPreflight::Time
-            || stops_it && machine.forecast_files.warned > most
+        if ahead.world.config.player.preflight == JobPreflight::Time
+            || stops_it && ahead.files.warned > most
             || !is_news
         {
             continue;
@@ -317,27 +367,27 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
         // input or a probe, or lie in the file of a subroutine, may never be reached.
         let why = finding.kind.spoils_the_job();
         let is_sure = !forecast.guesses() && finding.sub.is_none();
-        let stops = !waits_for_all && !machine.jobs.is_forced() && why.is_some() && is_sure;
+        let stops = !waits_for_all && !ahead.jobs.is_forced() && why.is_some() && is_sure;
         if stops && holds {
-            machine.forecast_files.spoilt = machine.forecast_files.spoilt.or(why);
+            ahead.files.spoilt = ahead.files.spoilt.or(why);
         }
-        if stops && !holds && comes && machine.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
-            machine.announce(format_args!("// WARNING {finding}: the job pauses before it\n"));
+        if stops && !holds && comes && ahead.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
+            ahead.world.announce(format_args!("// WARNING {finding}: the job pauses before it\n"));
         } else {
-            machine.announce(format_args!("// WARNING {finding}\n"));
+            ahead.world.announce(format_args!("// WARNING {finding}\n"));
         }
     }
 }
 
 /// Whether anybody waits for the result.
-fn is_heard<P: Ports>(machine: &Machine<'_, P>, purpose: Purpose) -> bool {
+fn is_heard<P: Ports>(ahead: &Forecasting<'_, '_, P>, purpose: Purpose) -> bool {
     match purpose {
-        Purpose::Job => machine.jobs.is_open(),
-        Purpose::Check => machine
+        Purpose::Job => ahead.jobs.is_open(),
+        Purpose::Check => ahead
             .world
             .sessions
             .ids()
-            .filter_map(|id| machine.world.sessions.get(id))
+            .filter_map(|id| ahead.world.sessions.get(id))
             .any(|session| matches!(session.listing, Some(Listing::Check { .. }))),
     }
 }
@@ -409,16 +459,16 @@ fn bring(
 /// # Errors
 /// When the file could not be read to its end.
 pub(crate) fn check_piece<P: Ports>(
-    machine: &mut Machine<'_, P>,
+    ahead: &mut Forecasting<'_, '_, P>,
     line: &mut usize,
     to: Recipient,
 ) -> Result<bool, Failure> {
-    let forecast = machine.forecast;
+    let forecast = ahead.forecast;
     if forecast.purpose() != Purpose::Check {
         return Err(Failure::refused(&"broken off: a job has begun"));
     }
-    let config = machine.world.config;
-    let reply = &mut Reply::new(machine.world.sessions, to);
+    let config = ahead.world.config;
+    let reply = &mut Reply::new(ahead.world.sessions, to);
     if let Some(finding) = forecast.take_finding() {
         reply.say(format_args!("{finding}\n"));
         return Ok(true);
@@ -426,7 +476,7 @@ pub(crate) fn check_piece<P: Ports>(
     match forecast.stage() {
         Stage::Ready | Stage::Running => Ok(true),
         Stage::Free => Err(Failure::refused(&"broken off")),
-        Stage::Failed(why) => Err(machine.world.texts.because(why)),
+        Stage::Failed(why) => Err(ahead.world.texts.because(why)),
         Stage::Done => {
             if *line == 0 && forecast.missed() > 0 {
                 reply.say(format_args!("and {} more\n", forecast.missed()));
@@ -437,40 +487,4 @@ pub(crate) fn check_piece<P: Ports>(
             Ok(*line < TOLD_LINES)
         }
     }
-}
-
-/// Returns the time left of the job at the present factor of feed rates, as far as is known.
-pub(crate) fn time_left<P: Ports>(machine: &mut Machine<'_, P>) -> TimeLeft {
-    let forecast = machine.forecast;
-    if !machine.jobs.is_open() {
-        return TimeLeft::default();
-    }
-    follow(machine);
-    let (made, since) = machine.forecast_files.made;
-    let (waited, now) =
-        (machine.world.ports.now().since(since), machine.world.ports.motion(|motion| motion.overrides().feed) as f32);
-    let is_its = machine.forecast_files.job == machine.jobs.count();
-    let planned = forecast.course(|course| {
-        let factor = now / course.factor_at(made);
-        let [left, least] = [made, made + 1].map(|lines| course.left(lines).seconds(factor));
-        let left = (left - waited.0 as f32 * 1e-6).clamp(least.min(left), left);
-        Planned { left, total: course.total().seconds(factor) }
-    });
-    let planned = planned.filter(|_| is_its);
-    let goes_on = forecast.is_under_way() && forecast.purpose() == Purpose::Job;
-    TimeLeft { planned, looked_at: goes_on.then(|| looked_at_share(machine, forecast)) }
-}
-
-/// Notes the line of the job that is made.
-pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
-    let (made, now) = (made(machine), machine.world.ports.now());
-    if machine.forecast_files.made.0 != made {
-        machine.forecast_files.made = (made, now);
-    }
-}
-
-/// Returns the number of the job's lines that have been made.
-fn made<P: Ports>(machine: &mut Machine<'_, P>) -> u32 {
-    let tag = machine.world.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
-    tag.filter(|tag| *tag != Tag::NONE).and_then(|tag| machine.jobs.made(tag)).unwrap_or_else(|| machine.jobs.begun())
 }

@@ -2,14 +2,14 @@
 //! `busy` while a line is in work (M113).
 
 use base::failure::{Answer, Failure, Outcome};
-use base::sessions::{Listing, Periodic, Recipient, Reply};
+use base::sessions::{Listing, Periodic, Recipient, Reply, SessionId, Sessions};
 use base::{Ports, World};
 use gcode::{Code, Line};
 use parts::heat_codes;
 use program::{Dialect, State, Words};
 use units::Micros;
 
-use crate::features::forecast;
+use crate::features::forecast::{self, ForecastHands};
 use crate::machine::Machine;
 use crate::machine::moments::Moments;
 
@@ -19,16 +19,42 @@ const PERIOD: Micros = Micros(20_000);
 /// The code that asks for temperatures.
 const M105: u16 = 105;
 
+/// The machine for reports that nobody asks for.
+pub(crate) trait ReportHands<'c>: ForecastHands<'c> {
+    /// Returns the earliest time of the next reports, and the sessions that get them.
+    fn due(&mut self) -> (&mut Micros, &Sessions);
+
+    /// Whether the operator or the door holds the machine.
+    fn is_held(&self) -> bool;
+
+    /// Whether the lines of this session go into a file.
+    fn takes_lines_of(&self, id: SessionId) -> bool;
+}
+
+impl<'c, P: Ports> ReportHands<'c> for Machine<'c, P> {
+    fn due(&mut self) -> (&mut Micros, &Sessions) {
+        (&mut self.polls.reports_due, self.world.sessions)
+    }
+
+    fn is_held(&self) -> bool {
+        matches!(self.safety.state(), State::Hold | State::Door)
+    }
+
+    fn takes_lines_of(&self, id: SessionId) -> bool {
+        self.files.takes_lines_of(id)
+    }
+}
+
 /// Reports that nobody asks for, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        tell(machine, now);
+impl<'c, M: ReportHands<'c>> Moments<M> for Feature {
+    fn each_10_ms(hands: &mut M, now: Micros) {
+        tell(hands, now);
     }
 
-    fn answer_in_upload(machine: &mut Machine<'_, P>, line: &Line<'_>, to: Recipient) -> bool {
-        answers_in_upload(&mut machine.world, line, to)
+    fn answer_in_upload(hands: &mut M, line: &Line<'_>, to: Recipient) -> bool {
+        answers_in_upload(hands.world(), line, to)
     }
 }
 
@@ -62,31 +88,30 @@ fn answers_in_upload<P: Ports>(world: &mut World<'_, P>, line: &Line<'_>, to: Re
 }
 
 /// Sends all reports that are due. Periods are whole seconds: not each turn of a wait needs to look.
-pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if now < machine.polls.reports_due {
+pub(crate) fn tell<'c>(hands: &mut impl ReportHands<'c>, now: Micros) {
+    let (due, sessions) = hands.due();
+    if now < *due {
         return;
     }
-    machine.polls.reports_due = now.plus(PERIOD);
-    for id in machine.world.sessions.ids() {
+    *due = now.plus(PERIOD);
+    for id in sessions.ids() {
         let to = Recipient::Session(id);
-        let Some(session) = machine.world.sessions.get_mut(id) else { continue };
+        let (is_held, takes_lines) = (hands.is_held(), hands.takes_lines_of(id));
+        let Some(session) = hands.world().sessions.get_mut(id) else { continue };
         let [temperatures, job, busy] = session.take_due(now);
-        let sends_file = machine.files.takes_lines_of(id) || matches!(session.listing, Some(Listing::Transfer));
+        let sends_file = takes_lines || matches!(session.listing, Some(Listing::Transfer));
         if sends_file || !session.has_room_for_listing() {
             continue;
         }
         if busy {
-            let is_held = matches!(machine.safety.state(), State::Hold | State::Door);
             session.say(format_args!("echo:busy: {}\n", if is_held { "paused for user" } else { "processing" }));
         }
         if temperatures {
-            let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
+            let World { ports, config, sessions, .. } = hands.world();
             heat_codes::report_temperatures(ports, config, M105, ("", &mut Reply::new(sessions, to)));
         }
         if job {
-            let time_left = forecast::time_left(machine);
-            let Machine { jobs, world: World { sessions, .. }, .. } = machine;
-            jobs.say_bytes(&time_left, &mut Reply::new(sessions, to));
+            forecast::say_bytes(&mut hands.forecast(), to);
         }
     }
 }
