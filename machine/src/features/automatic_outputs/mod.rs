@@ -17,40 +17,74 @@ use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::moments::Moments;
 use crate::machine::program_io::apply;
+use crate::machine::work_hands::HaltHands;
+
+/// Outputs that nobody switches, and what they follow.
+pub(crate) struct Automatic<'m, 'c, P> {
+    fans: &'m mut Fans,
+    switches: &'m mut TemperatureSwitches,
+    surplus: &'m mut SurplusWatch,
+    outputs: &'m mut Outputs,
+    /// A motor has current.
+    motors: bool,
+    world: &'m mut World<'c, P>,
+}
+
+/// The machine for outputs that nobody switches.
+pub(crate) trait AutomaticHands<'c>: HaltHands<'c> {
+    /// Returns the outputs.
+    fn automatic(&mut self) -> Automatic<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> AutomaticHands<'c> for Machine<'c, P> {
+    fn automatic(&mut self) -> Automatic<'_, 'c, P> {
+        let States { fans, temperature_switches, heat_surplus, .. } = &mut self.features;
+        Automatic {
+            fans,
+            switches: temperature_switches,
+            surplus: heat_surplus,
+            outputs: &mut self.outputs,
+            motors: self.axes.has_any_on(),
+            world: &mut self.world,
+        }
+    }
+}
 
 /// Outputs that nobody switches, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn wired(machine: &mut Machine<'_, P>) {
-        configure_fans(&mut machine.world);
+impl<'c, M: AutomaticHands<'c>> Moments<M> for Feature {
+    fn wired(hands: &mut M) {
+        configure_fans(hands.world());
     }
 
     /// Looks in every state: hot parts are cooled in a halt too.
-    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        if machine.safety.state() == State::Invalid {
+    fn each_10_ms(hands: &mut M, now: Micros) {
+        if hands.state() == State::Invalid {
             return;
         }
-        let is_halted = machine.safety.is_halted();
-        let Machine { world, outputs, axes, features: States { fans, temperature_switches, .. }, .. } = machine;
+        let is_halted = hands.is_halted();
+        let Automatic { fans, switches, outputs, motors, world, .. } = hands.automatic();
         if !world.config.temperature_switches.is_empty() {
-            follow_temperatures(world, temperature_switches, outputs, now);
+            follow_temperatures(world, switches, outputs, now);
         }
         if !world.config.fans.is_empty() {
-            follow_by_fans(world, fans, outputs, axes.has_any_on(), now);
+            follow_by_fans(world, fans, outputs, motors, now);
             if let Some(stopped) = watch_tachometers(world, fans, is_halted, now) {
-                machine.halt(Alarm::Abort, format_args!("ERROR: {stopped}\n"));
+                hands.halt(Alarm::Abort, format_args!("ERROR: {stopped}\n"));
             }
         }
-        compare_with_models(&mut machine.world, &mut machine.features.heat_surplus, now);
+        let Automatic { surplus, world, .. } = hands.automatic();
+        compare_with_models(world, surplus, now);
     }
 
-    fn arm(machine: &mut Machine<'_, P>, rule: u8, armed: bool) {
-        machine.features.temperature_switches.arm(rule, armed);
+    fn arm(hands: &mut M, rule: u8, armed: bool) {
+        hands.automatic().switches.arm(rule, armed);
     }
 
-    fn stops(machine: &mut Machine<'_, P>) {
-        machine.features.temperature_switches.halted(machine.world.config);
+    fn stops(hands: &mut M) {
+        let Automatic { switches, world, .. } = hands.automatic();
+        switches.halted(world.config);
     }
 }
 

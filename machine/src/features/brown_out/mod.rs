@@ -2,13 +2,13 @@
 //! leaves the remaining supply to the motors; these brake along their path and are held as long as it lasts.
 //! A journal notes the job; without one the card keeps a note of the event, and the next start tells it.
 
-use core::fmt::Write as _;
+use core::fmt::{self, Write as _};
 
 use base::axes::Axes;
 use base::brown_out::{BrownOut, PATH, news, told};
 use base::failure::{ShortText, short};
 use base::falling_supply::OFF;
-use base::ports::{DateTime, StorageError};
+use base::ports::{Calendar as _, DateTime, StorageError};
 use base::reason::Alarm;
 use base::safety::Safety;
 use base::{Ports, World};
@@ -20,47 +20,79 @@ use units::{Micros, Volts};
 
 use crate::features::state::States;
 use crate::machine::moments::Moments;
+use crate::machine::work_hands::HaltHands;
 use crate::machine::{Machine, supplies};
 
 /// Period of the looks, at each of the two supplies in turns.
 const PERIOD: Micros = Micros::from_millis(3);
 
+/// Supplies, and what depends on them.
+pub(crate) struct Supplied<'m, 'c, P> {
+    world: &'m mut World<'c, P>,
+    jobs: &'m mut Jobs,
+    axes: &'m mut Axes,
+    phases: &'m mut EndstopPhases,
+    safety: &'m Safety,
+    brown_out: &'m mut BrownOut,
+    /// A journal notes the job.
+    is_noted: bool,
+}
+
+/// The machine for falling supplies.
+pub(crate) trait SupplyHands<'c>: HaltHands<'c> {
+    /// Returns the supplies.
+    fn supplied(&mut self) -> Supplied<'_, 'c, Self::Ports>;
+
+    /// Halts, but lets standing motors keep their current.
+    fn halt_holding(&mut self, alarm: Alarm, why: fmt::Arguments<'_>);
+}
+
+impl<'c, P: Ports> SupplyHands<'c> for Machine<'c, P> {
+    fn supplied(&mut self) -> Supplied<'_, 'c, P> {
+        let Self { world, jobs, axes, phases, safety, features: States { brown_out, journal, .. }, .. } = self;
+        Supplied { world, jobs, axes, phases, safety, brown_out, is_noted: journal.is_noting() }
+    }
+
+    fn halt_holding(&mut self, alarm: Alarm, why: fmt::Arguments<'_>) {
+        self.halt_holding(alarm, why);
+    }
+}
+
 /// Falling supplies at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
+impl<'c, M: SupplyHands<'c>> Moments<M> for Feature {
     /// Tells at boot of a brown-out that nobody has been told of yet.
-    fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
-        let world = &mut machine.world;
+    fn started(hands: &mut M, is_usable: bool) {
+        let world = hands.world();
         let Some(event) = is_usable.then(|| news(&mut world.ports)).flatten() else { return };
         world.announce(format_args!("WARNING: when the machine was on last: {event}\n"));
         let written = told(&mut world.ports, event.as_str());
         not_written(world, written);
     }
 
-    fn each_250_us(machine: &mut Machine<'_, P>, now: Micros) {
-        let Machine { world, jobs, axes, phases, safety, features: States { brown_out, journal, .. }, .. } =
-            &mut *machine;
-        let Some(fall) = look(world, brown_out, journal.is_noting(), now) else { return };
+    fn each_250_us(hands: &mut M, now: Micros) {
+        let Supplied { world, jobs, axes, phases, safety, brown_out, is_noted } = hands.supplied();
+        let Some(fall) = look(world, brown_out, is_noted, now) else { return };
         if !is_at_work(&mut world.ports, safety, jobs) {
             return;
         }
         if fall.volts < OFF {
             if let Some(why) = gone(world, axes, phases, safety, fall.of_heaters) {
-                machine.halt(Alarm::Abort, format_args!("{why}"));
+                hands.halt(Alarm::Abort, format_args!("{why}"));
             }
             return;
         }
         let text = fall.text();
         let event = event(world.ports.date(), jobs, text.as_str());
-        machine.halt_holding(
+        hands.halt_holding(
             Alarm::Abort,
             format_args!("ERROR: {text}: heaters are off, motors are held as long as it lasts\n"),
         );
-        let Machine { world, jobs, features: States { brown_out, journal, .. }, .. } = machine;
+        let Supplied { world, jobs, brown_out, is_noted, .. } = hands.supplied();
         // The remaining supply must not be spent on files that grow.
         let _unsaved = jobs.statistics.take_unsaved();
-        if journal.is_noting() {
+        if is_noted {
             brown_out.to_keep = Some(event);
         } else {
             let written = brown_out.keep(&mut world.ports, event.as_str());
@@ -68,9 +100,10 @@ impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
         }
     }
 
-    fn rests(machine: &mut Machine<'_, P>) {
-        let written = machine.features.brown_out.stands(&mut machine.world.ports);
-        not_written(&mut machine.world, written);
+    fn rests(hands: &mut M) {
+        let Supplied { world, brown_out, .. } = hands.supplied();
+        let written = brown_out.stands(&mut world.ports);
+        not_written(world, written);
     }
 }
 

@@ -9,53 +9,69 @@ use parts::outputs::{Changes, Outputs};
 use program::State;
 use units::Micros;
 
+use crate::machine::feed_hold::FeedHoldHands;
 use crate::machine::moments::Moments;
 use crate::machine::{Machine, feed_hold};
+
+/// The machine for its safety door.
+pub(crate) trait DoorHands<'c>: FeedHoldHands<'c> {
+    /// Returns the outputs behind the door, and the world.
+    fn behind(&mut self) -> (&Outputs, &mut World<'c, Self::Ports>);
+}
+
+impl<'c, P: Ports> DoorHands<'c> for Machine<'c, P> {
+    fn behind(&mut self) -> (&Outputs, &mut World<'c, P>) {
+        (&self.outputs, &mut self.world)
+    }
+}
 
 /// The door at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn each_250_us(machine: &mut Machine<'_, P>, _now: Micros) {
-        if is_open(&machine.world) && machine.safety.state() != State::Door {
-            opens(machine);
+impl<'c, M: DoorHands<'c>> Moments<M> for Feature {
+    fn each_250_us(hands: &mut M, _now: Micros) {
+        if is_open(hands.world()) && hands.state() != State::Door {
+            opens(hands);
         }
     }
 
-    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
-        if machine.safety.state() == State::Door {
-            stop_what_is_behind(&mut machine.world, &machine.outputs);
+    fn each_10_ms(hands: &mut M, _now: Micros) {
+        if hands.state() == State::Door {
+            let (outputs, world) = hands.behind();
+            stop_what_is_behind(world, outputs);
         }
     }
 
-    fn take_request(machine: &mut Machine<'_, P>, request: Realtime, _id: SessionId) -> bool {
+    fn take_request(hands: &mut M, request: Realtime, _id: SessionId) -> bool {
         if request == Realtime::Door {
-            opens(machine);
+            opens(hands);
         }
         request == Realtime::Door
     }
 
-    fn may_go_on(machine: &mut Machine<'_, P>) -> bool {
-        let is_blocked = machine.safety.state() == State::Door && is_open(&machine.world);
+    fn may_go_on(hands: &mut M) -> bool {
+        let is_blocked = hands.state() == State::Door && is_open(hands.world());
         if is_blocked {
-            machine.announce(format_args!("// NOTE the door is still open: close it, then ~ goes on\n"));
+            hands.announce(format_args!("// NOTE the door is still open: close it, then ~ goes on\n"));
         }
         !is_blocked
     }
 
     /// Lets what is behind the door go on, once it is closed and somebody has said so.
-    fn goes_on(machine: &mut Machine<'_, P>, from: State) {
+    fn goes_on(hands: &mut M, from: State) {
         if from == State::Door {
-            give(&mut machine.world.ports, machine.outputs.door_closes(machine.world.config));
+            let (outputs, world) = hands.behind();
+            give(&mut world.ports, outputs.door_closes(world.config));
         }
     }
 }
 
 /// Interrupts everything that may be interrupted while the door is open.
-fn opens<P: Ports>(machine: &mut Machine<'_, P>) {
-    if feed_hold::hold(machine, Event::DoorOpens) {
-        stop_what_is_behind(&mut machine.world, &machine.outputs);
-        machine.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
+fn opens<'c>(hands: &mut impl DoorHands<'c>) {
+    if feed_hold::hold(hands, Event::DoorOpens) {
+        let (outputs, world) = hands.behind();
+        stop_what_is_behind(world, outputs);
+        hands.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
     }
 }
 

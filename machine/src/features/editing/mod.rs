@@ -19,25 +19,52 @@ use jobs::files::editor_commands::{Command, HELP, What, parse};
 use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Moments;
+use crate::machine::work_hands::WorldHands;
 
 /// Bytes read at a time, a block of the card.
 const BLOCK: usize = 512;
 const TOO_LONG: Trouble = "the line is too long to be edited";
 
+/// The machine for lines of a console that edits a file.
+pub(crate) trait EditorHands<'c>: WorldHands<'c> {
+    /// Whether a file is edited from this session.
+    fn edits_from(&self, id: SessionId) -> bool;
+
+    /// Returns hands for the editor of this recipient.
+    fn edit_sequence(&mut self, to: Recipient) -> impl EditHands<'c>;
+
+    /// Notes that a line of a session has been answered.
+    fn answered(&mut self, id: SessionId);
+}
+
+impl<'c, P: Ports> EditorHands<'c> for Machine<'c, P> {
+    fn edits_from(&self, id: SessionId) -> bool {
+        self.files.edits_from(id)
+    }
+
+    fn edit_sequence(&mut self, to: Recipient) -> impl EditHands<'c> {
+        MachineHands::new(self, to)
+    }
+
+    fn answered(&mut self, id: SessionId) {
+        self.answered(id);
+    }
+}
+
 /// The editor at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn take_session_line(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) -> bool {
-        let edits = machine.files.edits_from(id);
+impl<'c, M: EditorHands<'c>> Moments<M> for Feature {
+    fn take_session_line(hands: &mut M, id: SessionId, line: &LineBytes) -> bool {
+        let edits = hands.edits_from(id);
         if edits {
-            match apart(|| run_line(&mut MachineHands::new(machine, Recipient::Session(id)), line)) {
-                Ok(()) => machine.say(Recipient::Session(id), format_args!("ok\n")),
+            match apart(|| run_line(&mut hands.edit_sequence(Recipient::Session(id)), line)) {
+                Ok(()) => hands.say(Recipient::Session(id), format_args!("ok\n")),
                 Err(why) => {
-                    machine.world.sessions.refuse(Recipient::Session(id), Reason::default(), format_args!("{why}"));
+                    hands.world().sessions.refuse(Recipient::Session(id), Reason::default(), format_args!("{why}"));
                 }
             }
-            machine.answered(id);
+            hands.answered(id);
         }
         edits
     }

@@ -7,6 +7,7 @@
 pub(crate) mod recorded;
 
 use base::failure::{Answer, Failure, Outcome};
+use base::ports::EventLog as _;
 use base::safety::Safety;
 use base::sessions::{Listing, Recipient, Reply};
 use base::{Ports, World};
@@ -16,6 +17,7 @@ use units::{Axis, AxisSet, MAX_HEATERS, Micros};
 
 use self::recorded::Recorded;
 use crate::machine::moments::Moments;
+use crate::machine::work_hands::WorldHands;
 use crate::machine::{Machine, long_answers};
 
 /// Number of entries that `events` tells, unless it is asked for more.
@@ -23,28 +25,44 @@ const TOLD: u32 = 40;
 /// Number of entries that `break` tells.
 const TOLD_AT_A_BREAK: u32 = 8;
 
+/// Values whose changes are recorded, and their last record.
+pub(crate) struct Watched<'m, 'c, P> {
+    world: &'m mut World<'c, P>,
+    recorded: &'m mut Recorded,
+    state: State,
+    homed: AxisSet,
+}
+
+/// The machine for records of events.
+pub(crate) trait RecordHands<'c>: WorldHands<'c> {
+    /// Returns the values whose changes are recorded.
+    fn watched(&mut self) -> Watched<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> RecordHands<'c> for Machine<'c, P> {
+    fn watched(&mut self) -> Watched<'_, 'c, P> {
+        let (state, homed) = (self.safety.state(), self.axes.homed());
+        Watched { world: &mut self.world, recorded: &mut self.features.recorded, state, homed }
+    }
+}
+
 /// The ring of events at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
-        let (safety, homed) = (&machine.safety, machine.axes.homed());
-        follow(&mut machine.world, &mut machine.features.recorded, safety.state(), homed);
+impl<'c, M: RecordHands<'c>> Moments<M> for Feature {
+    fn each_10_ms(hands: &mut M, _now: Micros) {
+        follow(hands.watched());
     }
 
-    fn long_answer(
-        machine: &mut Machine<'_, P>,
-        listing: &mut Listing,
-        to: Recipient,
-    ) -> Option<Result<bool, Failure>> {
+    fn long_answer(hands: &mut M, listing: &mut Listing, to: Recipient) -> Option<Result<bool, Failure>> {
         let Listing::Events { next, end } = listing else { return None };
-        let Machine { world: World { ports, sessions, .. }, .. } = machine;
+        let World { ports, sessions, .. } = hands.world();
         Some(Ok(piece(ports, next, *end, &mut Reply::new(sessions, to))))
     }
 }
 
 /// Records what has changed since the last look.
-fn follow<P: Ports>(world: &mut World<'_, P>, recorded: &mut Recorded, state: State, homed: AxisSet) {
+fn follow<P: Ports>(Watched { world, recorded, state, homed }: Watched<'_, '_, P>) {
     if state != recorded.state {
         recorded.state = state;
         if let Some(name) = told(state) {
@@ -89,17 +107,16 @@ const fn told(state: State) -> Option<&'static str> {
 }
 
 /// Tells recorded events: `events [count | all]`.
-pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn tell<'c>(hands: &mut impl RecordHands<'c>, arguments: &str, to: Recipient) -> Outcome {
     let count = match arguments {
         "" => TOLD,
         "all" => u32::MAX,
         count => count.parse().map_err(|_| Failure::refused(&"events takes a number, or all"))?,
     };
-    let (safety, homed) = (&machine.safety, machine.axes.homed());
-    follow(&mut machine.world, &mut machine.features.recorded, safety.state(), homed);
-    let entries = machine.world.ports.events().last(count);
+    follow(hands.watched());
+    let entries = hands.world().ports.events().last(count);
     let (next, end) = entries.span();
-    long_answers::begin(&mut machine.world, Listing::Events { next, end }, to)
+    long_answers::begin(hands.world(), Listing::Events { next, end }, to)
 }
 
 /// Tells the next line of the answer. True while there are more.

@@ -2,7 +2,7 @@
 //! some twenty times a second, and sent when they are new.
 
 use base::failure::Failure;
-use base::ports::Wake;
+use base::ports::{HeatPort as _, Wake};
 use base::safety::Safety;
 use base::{Ports, World};
 use jobs::player::Jobs;
@@ -18,33 +18,59 @@ use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::moments::Moments;
 use crate::machine::program_io::apply;
+use crate::machine::work_hands::WaitHands;
 
 /// Distance from its target within which a heater has warmed up, C.
 const WARM_WITHIN_C: f32 = 5.0;
 /// Temperature from which the way to a target counts, C.
 const COLD_C: f32 = 25.0;
 
+/// Strips of lights, and what they show.
+pub(crate) struct Lit<'m, 'c, P> {
+    strips: &'m mut Strips,
+    /// Colours that wait for their places on the path.
+    riding: &'m mut Effects<LightChange>,
+    lights: &'m mut LightShow,
+    outputs: &'m mut Outputs,
+    jobs: &'m Jobs,
+    safety: &'m Safety,
+    world: &'m mut World<'c, P>,
+}
+
+/// The machine for strips of lights.
+pub(crate) trait LightHands<'c>: WaitHands<'c> {
+    /// Returns the strips.
+    fn lights(&mut self) -> Lit<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> LightHands<'c> for Machine<'c, P> {
+    fn lights(&mut self) -> Lit<'_, 'c, P> {
+        let Self { world, outputs, jobs, safety, features: States { lights, strips, riding_lights, .. }, .. } = self;
+        Lit { strips, riding: riding_lights, lights, outputs, jobs, safety, world }
+    }
+}
+
 /// Strips of lights at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn wired(machine: &mut Machine<'_, P>) {
-        for strip in &machine.world.config.led_strips {
+impl<'c, M: LightHands<'c>> Moments<M> for Feature {
+    fn wired(hands: &mut M) {
+        let Lit { strips, world, .. } = hands.lights();
+        for strip in &world.config.led_strips {
             // The configuration has counted the lights.
-            let _fits = machine.features.strips.add(strip.lights(), strip.initial);
+            let _fits = strips.add(strip.lights(), strip.initial);
         }
     }
 
     /// Looks at the strips of lights, and sends new colours.
-    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        if machine.safety.state() == State::Invalid || machine.world.config.led_strips.is_empty() {
+    fn each_10_ms(hands: &mut M, now: Micros) {
+        let Lit { strips, riding, lights, outputs, jobs, safety, world } = hands.lights();
+        if safety.state() == State::Invalid || world.config.led_strips.is_empty() {
             return;
         }
-        let Machine { world, outputs, jobs, safety, features: States { lights, strips, riding_lights, .. }, .. } =
-            machine;
         if lights.is_due(now) {
             let condition = condition(safety, jobs, || world.ports.heat(warming));
-            take_reached(&mut world.ports, strips, riding_lights);
+            take_reached(&mut world.ports, strips, riding);
             lights.look(&world.config.led_strips, condition, strips.take_changed(), now);
         }
         while let Some(place) = lights.next() {
@@ -55,23 +81,23 @@ impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
         }
     }
 
-    fn change_light(machine: &mut Machine<'_, P>, change: &LightChange) -> Result<(), Failure> {
+    fn change_light(hands: &mut M, change: &LightChange) -> Result<(), Failure> {
         loop {
-            let waits = change.rides && !machine.safety.is_halted();
-            let Machine { world, features: States { strips, riding_lights, .. }, .. } = &mut *machine;
-            if takes(world, strips, riding_lights, (change, waits))? {
+            let Lit { world, strips, riding, safety, .. } = hands.lights();
+            let waits = change.rides && !safety.is_halted();
+            if takes(world, strips, riding, (change, waits))? {
                 return Ok(());
             }
-            machine.wait(Wake::Any).unless_halted()?;
+            hands.wait(Wake::Any).unless_halted()?;
         }
     }
 
-    fn pass_light(machine: &mut Machine<'_, P>, change: &LightChange) {
-        machine.features.strips.change(change);
+    fn pass_light(hands: &mut M, change: &LightChange) {
+        hands.lights().strips.change(change);
     }
 
-    fn drop_effects(machine: &mut Machine<'_, P>) {
-        machine.features.riding_lights.clear();
+    fn drop_effects(hands: &mut M) {
+        hands.lights().riding.clear();
     }
 }
 

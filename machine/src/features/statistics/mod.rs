@@ -10,12 +10,13 @@ use base::{Ports, World};
 use config::HeaterId;
 use events::Event;
 use jobs::files::program_files::each_line;
-use jobs::player::{Duration, HeaterTime, STATISTICS_PATH, Statistics, Sums};
+use jobs::player::{Duration, HeaterTime, Jobs, STATISTICS_PATH, Statistics, Sums};
 use program::{Interpreter, State, Words};
 use units::{AxisSet, Micros};
 
 use crate::features::state::States;
 use crate::machine::moments::Moments;
+use crate::machine::work_hands::WaitHands;
 use crate::machine::{Machine, card};
 
 /// Period of asking heaters for their work.
@@ -23,17 +24,42 @@ const HEAT_PERIOD: Micros = Micros::from_seconds(1);
 /// S of M78 that forgets everything, as Prusa's does.
 const RESET: f64 = 78.0;
 
+/// Statistics, and what is counted for them.
+pub(crate) struct Counted<'m, 'c, P> {
+    world: &'m mut World<'c, P>,
+    jobs: &'m mut Jobs,
+    program: &'m Interpreter,
+    is_checked: bool,
+    /// Time of the next count of heaters' work.
+    heat_due: &'m mut Micros,
+}
+
+/// The machine for statistics, and for saving them.
+pub(crate) trait StatisticsHands<'c>: WaitHands<'c> {
+    /// Returns the statistics.
+    fn counted(&mut self) -> Counted<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> StatisticsHands<'c> for Machine<'c, P> {
+    fn counted(&mut self) -> Counted<'_, 'c, P> {
+        let is_checked = self.safety.state() == State::Check;
+        let Self { world, jobs, program, features: States { heat_due, .. }, .. } = self;
+        Counted { world, jobs, program, is_checked, heat_due }
+    }
+}
+
 /// Statistics at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn read_files(machine: &mut Machine<'_, P>) {
-        load(&mut machine.world, &mut machine.jobs.statistics);
+impl<'c, M: StatisticsHands<'c>> Moments<M> for Feature {
+    fn read_files(hands: &mut M) {
+        let Counted { world, jobs, .. } = hands.counted();
+        load(world, &mut jobs.statistics);
     }
 
-    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        let Machine { world, jobs, program, safety, features: States { heat_due, .. }, .. } = machine;
-        let plays = jobs.is_open() && safety.state() != State::Check;
+    fn each_10_ms(hands: &mut M, now: Micros) {
+        let Counted { world, jobs, program, is_checked, heat_due } = hands.counted();
+        let plays = jobs.is_open() && !is_checked;
         sample(&mut world.ports, &mut jobs.statistics, program, plays, now);
         if now >= *heat_due {
             *heat_due = now.plus(HEAT_PERIOD);
@@ -42,24 +68,26 @@ impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     }
 
     /// Saves new statistics, once nothing else is to be done.
-    fn idle(machine: &mut Machine<'_, P>) -> bool {
-        if machine.jobs.is_open() || !machine.jobs.statistics.take_unsaved() {
+    fn idle(hands: &mut M) -> bool {
+        let Counted { jobs, .. } = hands.counted();
+        if jobs.is_open() || !jobs.statistics.take_unsaved() {
             return false;
         }
-        card::at_rest(machine);
-        let draft = write(&mut machine.world.ports, &machine.jobs.statistics);
-        let written = draft.and_then(|draft| card::finish(machine, draft));
+        card::at_rest(hands);
+        let Counted { world, jobs, .. } = hands.counted();
+        let draft = write(&mut world.ports, &jobs.statistics);
+        let written = draft.and_then(|draft| card::finish(hands, draft));
         if let Err(error) = written
             && error != StorageError::NoCard
         {
-            machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not written: {}\n", error.text()));
+            hands.announce(format_args!("WARNING: {STATISTICS_PATH} was not written: {}\n", error.text()));
         }
         false
     }
 
     /// Ends the job's statistics, and tells them.
-    fn job_ends(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
-        let Machine { world, jobs, .. } = machine;
+    fn job_ends(hands: &mut M, is_done: bool, to: Recipient) {
+        let Counted { world, jobs, .. } = hands.counted();
         if jobs.is_open() {
             world.record(&Event::JobEnded { complete: is_done, line: jobs.line() });
         }
@@ -68,13 +96,13 @@ impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
         }
     }
 
-    fn job_is_dropped(machine: &mut Machine<'_, P>) {
+    fn job_is_dropped(hands: &mut M) {
         // They are saved when the machine has come to rest.
-        let _ = machine.jobs.statistics.end_job(false);
+        let _ = hands.counted().jobs.statistics.end_job(false);
     }
 
-    fn extruders_count_anew(machine: &mut Machine<'_, P>) {
-        machine.jobs.statistics.rest();
+    fn extruders_count_anew(hands: &mut M) {
+        hands.counted().jobs.statistics.rest();
     }
 }
 

@@ -22,10 +22,10 @@ use parts::reports::{Came, failure};
 use units::Micros;
 
 use self::watch::Watch;
-use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Moments;
+use crate::machine::work_hands::WorldHands;
 
 /// File that the boot stage installs.
 const FILE: &str = "/sd/flashme.bin";
@@ -42,36 +42,37 @@ const BLOCK: usize = 512;
 /// Other firmware at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
+impl<'c, M: UpdateWork<'c>> Moments<M> for Feature {
     fn greet(running: &Running, reply: &mut Reply<'_>) {
         greet(running, reply);
     }
 
-    fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
-        begin(&mut machine.world, &mut machine.features.update, is_usable);
+    fn started(hands: &mut M, is_usable: bool) {
+        let (update, _, world) = hands.pending();
+        begin(world, update, is_usable);
     }
 
-    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        let Machine { world, jobs, features: States { update, .. }, .. } = machine;
+    fn each_10_ms(hands: &mut M, now: Micros) {
+        let (update, jobs, world) = hands.pending();
         apart(|| watch(world, jobs, update, now));
     }
 
     /// Does pending work about firmware when nothing else is to be done: true when there was some.
-    fn idle(machine: &mut Machine<'_, P>) -> bool {
-        let watch = &mut machine.features.update;
+    fn idle(hands: &mut M) -> bool {
+        let (watch, ..) = hands.pending();
         if !watch.waits() {
             return false;
         }
         if core::mem::take(&mut watch.is_asked) {
-            download_for_host(&mut MachineHands::new(machine, Recipient::All));
+            download_for_host(&mut hands.update_sequence(Recipient::All));
             return true;
         }
         if core::mem::take(&mut watch.at_boot) {
-            install_at_boot(&mut MachineHands::new(machine, Recipient::All));
+            install_at_boot(&mut hands.update_sequence(Recipient::All));
             return true;
         }
         if watch.is_confirmed && watch.from_file {
-            let hands = &mut MachineHands::new(machine, Recipient::Nobody);
+            let hands = &mut hands.update_sequence(Recipient::Nobody);
             let rests = is_at_rest(hands).is_ok();
             if rests {
                 hands.update().from_file = false;
@@ -80,6 +81,25 @@ impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
             return rests;
         }
         false
+    }
+}
+
+/// The machine for pending work about firmware.
+pub(crate) trait UpdateWork<'c>: WorldHands<'c> {
+    /// Returns the pending work, the jobs that it waits for, and the world.
+    fn pending(&mut self) -> (&mut Watch, &Jobs, &mut World<'c, Self::Ports>);
+
+    /// Returns hands for work about firmware that this recipient hears of.
+    fn update_sequence(&mut self, to: Recipient) -> impl UpdateHands<'c>;
+}
+
+impl<'c, P: Ports> UpdateWork<'c> for Machine<'c, P> {
+    fn pending(&mut self) -> (&mut Watch, &Jobs, &mut World<'c, P>) {
+        (&mut self.features.update, &self.jobs, &mut self.world)
+    }
+
+    fn update_sequence(&mut self, to: Recipient) -> impl UpdateHands<'c> {
+        MachineHands::new(self, to)
     }
 }
 

@@ -10,8 +10,8 @@ use base::ports::{Disk, NotLent, StorageError, Usb as _, Wake};
 use base::{Ports, World};
 use units::Micros;
 
-use crate::machine::Machine;
 use crate::machine::moments::Moments;
+use crate::machine::work_hands::WorldHands;
 
 const NO_COMPUTER: &str = "no computer is at the USB socket, or it sleeps";
 const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc off";
@@ -19,9 +19,9 @@ const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc
 /// The card as a computer's disk, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
-    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
-        watch(&mut machine.world);
+impl<'c, M: WorldHands<'c>> Moments<M> for Feature {
+    fn each_10_ms(hands: &mut M, _now: Micros) {
+        watch(hands.world());
     }
 }
 
