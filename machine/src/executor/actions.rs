@@ -15,6 +15,7 @@ use crate::features::functions;
 use crate::machine::hands::MachineHands;
 use crate::machine::hold::Hold;
 use crate::machine::moments::{Features, Moments as _};
+use crate::machine::program_io::OverrideHands as _;
 use crate::machine::{Machine, effects, halt, homing, moves, operator_pauses, program_files, program_io, suspend};
 use program::State;
 
@@ -33,8 +34,7 @@ pub(crate) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Acti
                 // A hole that was being tapped does not go on either.
                 if machine.hold != Hold::Acts {
                     // A hold that has waited for the tap comes too late.
-                    let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
-                    program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
+                    program_io::overrides_count_again(machine.overrides());
                 }
                 return Err(failure);
             }

@@ -11,6 +11,7 @@ use jobs::files::Files;
 use jobs::player::{Jobs, Listeners};
 use program::{FlowFault, Interpreter, Next};
 
+use crate::machine::program_io::OverrideHands as _;
 use crate::machine::source::{Origin, Source};
 use crate::machine::{Machine, effects, program_files, program_io, program_logs};
 
@@ -85,8 +86,7 @@ pub(crate) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
 pub(crate) fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.safety.is_halted() {
         machine.standstill()?;
-        let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
-        program_io::reset_overrides(&mut world.ports, program, outputs, hold, feed_waits);
+        program_io::reset_overrides(machine.overrides());
     }
     end(machine);
     program_files::save(machine);

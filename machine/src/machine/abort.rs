@@ -8,6 +8,7 @@ use base::sessions::Recipient;
 use thermal::HeatControl;
 
 use crate::machine::moments::{Features, Moments as _};
+use crate::machine::program_io::OverrideHands as _;
 use crate::machine::work_hands::JobHands;
 use crate::machine::{Machine, ignored_codes, program_io, program_logs, suspend};
 
@@ -26,9 +27,8 @@ pub(crate) trait AbortHands<'c>: JobHands<'c> {
 impl<'c, P: Ports> AbortHands<'c> for Machine<'c, P> {
     fn end_program(&mut self) {
         program_logs::close(&mut self.logs, &mut self.world);
-        let Self { world, program, outputs, hold, feed_waits, .. } = self;
-        program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
-        program.end_program();
+        program_io::overrides_count_again(self.overrides());
+        self.program.end_program();
     }
 
     fn job_ends(&mut self) {

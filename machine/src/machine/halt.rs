@@ -18,6 +18,8 @@ use thermal::HeatControl;
 use units::Micros;
 
 use crate::machine::moments::{Features, Moments as _};
+use crate::machine::program_io::OverrideHands as _;
+use crate::machine::work_hands::HaltHands;
 use crate::machine::{Machine, program_io, program_logs};
 
 impl<P: Ports> Machine<'_, P> {
@@ -120,8 +122,7 @@ impl<P: Ports> Machine<'_, P> {
     fn drop_job(&mut self) {
         Features::<P>::job_is_dropped(self);
         program_logs::close(&mut self.logs, &mut self.world);
-        let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *self;
-        program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
+        program_io::overrides_count_again(self.overrides());
         if self.jobs.is_open() {
             self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });
         }
@@ -228,17 +229,29 @@ impl<P: Ports> Machine<'_, P> {
     }
 }
 
+/// The machine for coming back from a halt.
+pub(crate) trait ReleaseHands<'c>: HaltHands<'c> {
+    /// Ends an alarm, as soon as the motors stand still, and waits for that.
+    fn release(&mut self);
+}
+
+impl<'c, P: Ports> ReleaseHands<'c> for Machine<'c, P> {
+    fn release(&mut self) {
+        self.release();
+        self.wait_release();
+    }
+}
+
 /// Halts at M112.
-pub(crate) fn emergency_stop<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
+pub(crate) fn emergency_stop<'c>(hands: &mut impl HaltHands<'c>) {
+    hands.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
 }
 
 /// Releases a halt, and waits until that is done (M999).
-pub(crate) fn clear_halt<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    if machine.safety.state() != State::Alarm {
+pub(crate) fn clear_halt<'c>(hands: &mut impl ReleaseHands<'c>, to: Recipient) {
+    if hands.state() != State::Alarm {
         return;
     }
-    machine.release();
-    machine.wait_release();
-    machine.say(to, format_args!("WARNING: After HALT you should HOME as position is currently unknown\n"));
+    hands.release();
+    hands.say(to, format_args!("WARNING: After HALT you should HOME as position is currently unknown\n"));
 }

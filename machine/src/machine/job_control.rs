@@ -11,30 +11,31 @@ use program::Part;
 use units::Axis;
 
 use crate::machine::source::{Origin, Source};
-use crate::machine::{Machine, suspend};
+use crate::machine::suspend;
+use crate::machine::work_hands::JobHands;
 
 /// Pauses the job at once, or `at` a layer, a line or a height; `list` and `clear` concern those places
 /// (`pause`).
-pub(crate) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn pause<'c>(hands: &mut impl JobHands<'c>, arguments: &str, to: Recipient) -> Outcome {
     let (word, rest) = arguments.split_once(' ').unwrap_or((arguments, ""));
     match word {
-        "" => return suspend::suspend(machine, true, to),
+        "" => return suspend::suspend(hands, true, to),
         "at" => {
             let (place, command) = parse_pause(rest)?;
-            machine.jobs.pauses.add(place, command)?;
+            hands.jobs().pauses.add(place, command)?;
         }
         "next" if rest.trim() == "layer" => {
-            let layer = machine.jobs.layers().current + 1;
+            let layer = hands.jobs().layers().current + 1;
             let (place, command) = (jobs::player::PausePlace::Layer(layer), "");
-            machine.jobs.pauses.add(place, command)?;
+            hands.jobs().pauses.add(place, command)?;
         }
-        "clear" => machine.jobs.pauses.clear(),
+        "clear" => hands.jobs().pauses.clear(),
         "list" => {}
         _ => {
             return Err(parse_pause("").err().unwrap_or(Failure::HALTED));
         }
     }
-    let Machine { jobs, world: World { sessions, .. }, .. } = machine;
+    let (jobs, World { sessions, .. }) = hands.jobs_in_world();
     let mut reply = Reply::new(sessions, to);
     for (place, command) in jobs.pauses.iter() {
         reply.say(format_args!("{place}: {command}\n"));
@@ -52,24 +53,25 @@ pub(crate) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
 
 /// Returns the command due before the line just read, which is read again afterwards: a pause, or the next
 /// step of a tower.
-pub(crate) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) -> Option<(config::Command, Source)> {
-    if machine.jobs.pauses.is_empty() && machine.jobs.tower.is_none() {
+pub(crate) fn due_before<'c>(hands: &mut impl JobHands<'c>, line: &[u8]) -> Option<(config::Command, Source)> {
+    let (jobs, program) = hands.jobs_and_program();
+    if jobs.pauses.is_empty() && jobs.tower.is_none() {
         return None;
     }
-    let height = machine.program.modal().work(machine.program.position())[Axis::Z];
-    let Machine { jobs, world: World { ports, .. }, .. } = machine;
-    let command = match jobs.take_pause(line, height, ports) {
+    let height = program.modal().work(program.position())[Axis::Z];
+    let (jobs, world) = hands.jobs_in_world();
+    let command = match jobs.take_pause(line, height, &mut world.ports) {
         Some((place, command)) => {
-            machine.announce(format_args!("// NOTE the job pauses at {place}: {command}\n"));
+            world.announce(format_args!("// NOTE the job pauses at {place}: {command}\n"));
             command
         }
         None => {
-            let command = jobs.take_tower(line, height, ports)?;
-            machine.announce(format_args!("// NOTE height {height:.2} mm: {command}\n"));
+            let command = jobs.take_tower(line, height, &mut world.ports)?;
+            world.announce(format_args!("// NOTE height {height:.2} mm: {command}\n"));
             command
         }
     };
-    Some((command, Source::of_machine(machine.world.config, Origin::Switch)))
+    Some((command, Source::of_machine(world.config, Origin::Switch)))
 }
 
 /// Runs `TUNING_TOWER`, for the job that is played or comes next.

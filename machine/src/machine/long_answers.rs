@@ -15,6 +15,7 @@ use program::{Interpreter, Words};
 use units::Actuator;
 
 use crate::machine::moments::{Features, Moments as _};
+use crate::machine::work_hands::WorldHands;
 use crate::machine::{Machine, card, saved_settings};
 
 /// Begins a long answer, given as fast as a session takes it, beside everything else. A file that is played
@@ -41,25 +42,48 @@ pub(crate) fn describe_drivers<P: Ports>(world: &mut World<'_, P>, words: &Words
     begin(world, Listing::Drivers { motors, all: !words.has('P') && words.axes().is_empty() }, to)
 }
 
-/// Gives the next piece of a long answer, when there is one and room for it.
-pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let Some(mut listing) = take_next(&mut machine.world, id) else { return };
-    let to = Recipient::Session(id);
-    if matches!(listing, Listing::Transfer) {
-        return apart(|| continue_transfer(&mut machine.world, &mut machine.files, id));
+/// The machine for long answers.
+pub(crate) trait AnswerHands<'c>: WorldHands<'c> {
+    /// Returns the files that are sent and received, and the world.
+    fn files_in_world(&mut self) -> (&mut Files, &mut World<'c, Self::Ports>);
+
+    /// Says one piece. True while there are more.
+    ///
+    /// # Errors
+    /// When there is nothing to say, with the reason.
+    fn say_piece(&mut self, listing: &mut Listing, to: Recipient) -> Result<bool, Failure>;
+}
+
+impl<'c, P: Ports> AnswerHands<'c> for Machine<'c, P> {
+    fn files_in_world(&mut self) -> (&mut Files, &mut World<'c, P>) {
+        (&mut self.files, &mut self.world)
     }
-    // A stopped listing still owes its ending.
-    let more = match machine.world.sessions.take_stop(to) {
-        true => Ok(false),
-        false => apart(|| match Features::<P>::long_answer(machine, &mut listing, to) {
+
+    fn say_piece(&mut self, listing: &mut Listing, to: Recipient) -> Result<bool, Failure> {
+        match Features::<P>::long_answer(self, listing, to) {
             Some(piece) => piece,
             None => {
-                let Machine { program, tuning, bed, thermal, world, .. } = machine;
-                piece(world, program, (tuning, thermal), bed, &mut listing, to)
+                let Self { program, tuning, bed, thermal, world, .. } = self;
+                piece(world, program, (tuning, thermal), bed, listing, to)
             }
-        }),
+        }
+    }
+}
+
+/// Gives the next piece of a long answer, when there is one and room for it.
+pub(crate) fn go_on<'c>(hands: &mut impl AnswerHands<'c>, id: SessionId) {
+    let Some(mut listing) = take_next(hands.world(), id) else { return };
+    let to = Recipient::Session(id);
+    if matches!(listing, Listing::Transfer) {
+        let (files, world) = hands.files_in_world();
+        return apart(|| continue_transfer(world, files, id));
+    }
+    // A stopped listing still owes its ending.
+    let more = match hands.world().sessions.take_stop(to) {
+        true => Ok(false),
+        false => apart(|| hands.say_piece(&mut listing, to)),
     };
-    let World { ports, sessions, texts, .. } = &mut machine.world;
+    let World { ports, sessions, texts, .. } = hands.world();
     let Some(session) = sessions.get_mut(id) else { return listings::close(&listing, ports) };
     match more {
         Ok(true) => session.listing = Some(listing),

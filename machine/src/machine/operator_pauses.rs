@@ -13,32 +13,53 @@ use units::Micros;
 use crate::machine::frames::{Frame, Frames};
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Featured;
+use crate::machine::work_hands::{HaltHands, ProgramHands};
 use crate::machine::{Machine, program_logs};
+
+/// The machine for remarks of a program.
+pub(crate) trait RemarkHands<'c>: ProgramHands<'c> + HaltHands<'c> {
+    /// Whether lines of a job are read over.
+    fn reads_over(&self) -> bool;
+
+    /// Writes a remark to the files of the program, or opens and closes these.
+    ///
+    /// # Errors
+    /// The fault of the file, by its name.
+    fn log(&mut self, remark: &Remark<'_>) -> Result<(), Failure>;
+}
+
+impl<'c, P: Ports> RemarkHands<'c> for Machine<'c, P> {
+    fn reads_over(&self) -> bool {
+        self.passed.is_some()
+    }
+
+    fn log(&mut self, remark: &Remark<'_>) -> Result<(), Failure> {
+        let Self { logs, files, program, world, .. } = self;
+        program_logs::carry_out(logs, files, program, world, remark)
+    }
+}
 
 /// Carries out a comment that says something, or writes it to a file.
 ///
 /// # Errors
 /// When that cannot be written.
-pub(crate) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> Result<(), Failure> {
-    if machine.passed.is_some() {
+pub(crate) fn remark<'c>(hands: &mut impl RemarkHands<'c>, comment: &[u8]) -> Result<(), Failure> {
+    if hands.reads_over() {
         // The remark was heard when the job ran before.
         return Ok(());
     }
     match Remark::read(comment) {
-        Some(Remark::Message(said)) => machine.announce(format_args!("// {said}\n")),
-        Some(Remark::Debug(_)) if !machine.program.debugs() => {}
+        Some(Remark::Message(said)) => hands.announce(format_args!("// {said}\n")),
+        Some(Remark::Debug(_)) if !hands.program().debugs() => {}
         Some(Remark::Printed(said) | Remark::Debug(said)) => {
             let mut text = ShortText::NONE;
             // Text that does not fit is cut.
-            let _ = program::write_values(&machine.program, said, &mut text);
-            machine.announce(format_args!("// {text}\n"));
+            let _ = program::write_values(hands.program(), said, &mut text);
+            hands.announce(format_args!("// {text}\n"));
         }
         // Programs that are only checked write nothing.
-        Some(_) if machine.safety.state() == State::Check => {}
-        Some(other) => {
-            let Machine { logs, files, program, world, .. } = machine;
-            return program_logs::carry_out(logs, files, program, world, &other);
-        }
+        Some(_) if hands.state() == State::Check => {}
+        Some(other) => return hands.log(&other),
         None => {}
     }
     Ok(())

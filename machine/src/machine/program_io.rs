@@ -2,7 +2,7 @@
 
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands;
-use base::ports::{Input, InputLevels, Wake};
+use base::ports::{Input, InputLevels, MotionPort as _, Wake};
 use base::safety::Event;
 use base::sessions::Recipient;
 use base::{Ports, World};
@@ -14,36 +14,62 @@ use units::SwitchId;
 
 use crate::machine::Machine;
 use crate::machine::hold::Hold;
+use crate::machine::work_hands::MoveHands;
+
+/// The operator's overrides, and what they act on.
+pub(crate) struct Overrides<'m, 'c, P> {
+    pub world: &'m mut World<'c, P>,
+    pub program: &'m mut Interpreter,
+    pub outputs: &'m mut Outputs,
+    /// Delay of feed holds.
+    pub hold: &'m mut Hold,
+    /// Operator's factor of feed rates, while the program does not let it count.
+    pub feed_waits: &'m mut Option<f64>,
+}
+
+/// The machine for the operator's overrides.
+pub(crate) trait OverrideHands<'c>: MoveHands<'c> {
+    /// Returns the overrides.
+    fn overrides(&mut self) -> Overrides<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> OverrideHands<'c> for Machine<'c, P> {
+    fn overrides(&mut self) -> Overrides<'_, 'c, P> {
+        let Self { world, program, outputs, hold, feed_waits, .. } = self;
+        Overrides { world, program, outputs, hold, feed_waits }
+    }
+}
 
 /// Sets whether the operator's overrides count and a feed hold acts, once nothing moves (M48 to M51, taps).
 /// Override values that were set stay known.
 ///
 /// # Errors
 /// When the machine halts meanwhile.
-pub(crate) fn enable_overrides<P: Ports>(
-    machine: &mut Machine<'_, P>,
+pub(crate) fn enable_overrides<'c>(
+    hands: &mut impl OverrideHands<'c>,
     feed: bool,
     spindle: bool,
     hold: bool,
 ) -> Result<(), Failure> {
-    machine.standstill()?;
-    match (feed, machine.feed_waits) {
+    hands.standstill()?;
+    let Overrides { feed_waits, outputs, world, .. } = hands.overrides();
+    match (feed, *feed_waits) {
         (true, Some(factor)) => {
-            machine.feed_waits = None;
-            set_feed(&mut machine.world.ports, &mut machine.feed_waits, factor);
+            *feed_waits = None;
+            set_feed(&mut world.ports, feed_waits, factor);
         }
         (false, None) => {
-            let factors = machine.world.ports.motion(|motion| motion.overrides());
-            machine.world.ports.motion(|motion| motion.set_overrides(1.0, factors.rapid));
-            machine.feed_waits = Some(factors.feed);
+            let factors = world.ports.motion(|motion| motion.overrides());
+            world.ports.motion(|motion| motion.set_overrides(1.0, factors.rapid));
+            *feed_waits = Some(factors.feed);
         }
         _ => {}
     }
-    machine.outputs.let_override_count(spindle);
-    say_spindle(&mut machine.world, &mut machine.outputs);
+    outputs.let_override_count(spindle);
+    say_spindle(world, outputs);
     // Holding from standstill acts before the next move; a session that aborts then is heard.
-    if machine.hold.let_act(hold) && machine.safety.apply(Event::Started) && machine.safety.apply(Event::Hold) {
-        machine.world.ports.motion(motion::Motion::hold);
+    if hands.overrides().hold.let_act(hold) && hands.apply(Event::Started) && hands.apply(Event::Hold) {
+        hands.world().ports.motion(motion::Motion::hold);
     }
     Ok(())
 }
@@ -93,32 +119,22 @@ pub(crate) fn speed_factor<P: Ports>(
 }
 
 /// Lets overrides count again that a job has put aside: it does not go on.
-pub(crate) fn overrides_count_again<P: Ports>(
-    ports: &mut P,
-    program: &mut Interpreter,
-    outputs: &mut Outputs,
-    hold: &mut Hold,
-    feed_waits: &mut Option<f64>,
-) {
+pub(crate) fn overrides_count_again<P: Ports>(overrides: Overrides<'_, '_, P>) {
+    let Overrides { world, program, outputs, hold, feed_waits } = overrides;
     *hold = Hold::Acts;
     program.let_overrides_count();
     outputs.let_override_count(true);
     if let Some(factor) = feed_waits.take() {
-        set_feed(ports, feed_waits, factor);
+        set_feed(&mut world.ports, feed_waits, factor);
     }
 }
 
 /// Resets overrides: the program has ended, or the machine was reset.
-pub(crate) fn reset_overrides<P: Ports>(
-    ports: &mut P,
-    program: &mut Interpreter,
-    outputs: &mut Outputs,
-    hold: &mut Hold,
-    feed_waits: &mut Option<f64>,
-) {
+pub(crate) fn reset_overrides<P: Ports>(overrides: Overrides<'_, '_, P>) {
+    let Overrides { world, program, outputs, hold, feed_waits } = overrides;
     *feed_waits = None;
     *hold = Hold::Acts;
-    ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+    world.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
     program::speed_factor::set(program, 1.0);
     outputs.let_override_count(true);
     outputs.override_spindle(100.0);

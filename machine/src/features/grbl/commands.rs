@@ -24,6 +24,7 @@ use crate::features::grbl::{hal, jog, overrides, reports, startup, stored};
 use crate::features::state::States;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Served as _;
+use crate::machine::program_io::OverrideHands as _;
 use crate::machine::{Machine, long_answers, program_files, program_io, settings_file};
 
 /// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
@@ -372,8 +373,7 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
     machine.program.reset();
     machine.resynchronise();
-    let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
-    program_io::reset_overrides(&mut world.ports, program, outputs, hold, feed_waits);
+    program_io::reset_overrides(machine.overrides());
     startup::begin(&machine.features.grbl.own, machine.safety.state(), &mut machine.frames);
     let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
     if let Some(session) = machine.world.sessions.get_mut(id) {
