@@ -4,10 +4,9 @@ use base::failure::{Answer, Failure, Outcome, Texts};
 use base::grbl::framing::LOCKED;
 use base::hands::Hands;
 use base::motion_config::motion_config;
-use base::ports::MotionPort;
 use base::reason::Reason;
-use base::safety::{Event, Mode, Safety};
-use base::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
+use base::safety::{Event, Safety};
+use base::sessions::{Consoles as _, Listing, Recipient, Reply, Rights, SessionId, Sessions};
 use base::tuning::Tuning;
 use base::{Ports, World};
 use gcode::realtime::Realtime;
@@ -17,15 +16,13 @@ use parts::outputs::Outputs;
 use program::{Dialect, Interpreter, State};
 use units::{Axis, AxisSet};
 
+use crate::features::grbl::hands::{GrblHands, Spoken};
 use crate::features::grbl::numbered_settings::{Change, Setting, Sources};
 use crate::features::grbl::state::{HELP, Own, Text};
 use crate::features::grbl::status::{self, Report};
-use crate::features::grbl::{hal, jog, overrides, reports, startup, stored};
-use crate::features::state::States;
-use crate::machine::hands::MachineHands;
-use crate::machine::moments::Served as _;
-use crate::machine::program_io::OverrideHands as _;
-use crate::machine::{Machine, long_answers, program_files, program_io, settings_file};
+use crate::features::grbl::{hal, jog, overrides, reports, stored};
+use crate::machine::settings_file::SettingsHands;
+use crate::machine::{long_answers, program_files, program_io, settings_file};
 
 /// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
 /// blank is Smoothieware's, whose pendants go on working.
@@ -36,36 +33,36 @@ pub(crate) fn owns(sessions: &Sessions, line: &str, to: Recipient) -> bool {
 }
 
 /// Carries out a line that began with `$`, which has been taken off.
-pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
-    machine.follow_motion();
+pub(crate) fn run<'c>(hands: &mut impl GrblHands<'c>, command: &str, to: Recipient) -> Outcome {
+    hands.follow_motion();
     if let Some(words) = command.strip_prefix("J=") {
-        let modal = machine.program.modal().clone();
-        let jog = jog::read(machine.world.texts, words, &modal)?;
-        let jogged = jog::jog(&mut MachineHands::new(machine, to), &jog, &modal);
-        machine.resynchronise();
+        let modal = hands.program().modal().clone();
+        let jog = jog::read(hands.world().texts, words, &modal)?;
+        let jogged = jog::jog(&mut hands.sequence(to), &jog, &modal);
+        hands.resynchronise();
         return jogged.map(|()| Answer::Ok);
     }
     if let Some(axes) = command.strip_prefix('H') {
-        return home(machine, axes, to);
+        return home(hands, axes, to);
     }
     if let Some(what) = command.strip_prefix("RST=") {
-        return restore(machine, what, to);
+        return restore(hands, what, to);
     }
     if let Some((number, value)) = command.split_once('=')
         && let Ok(number) = number.parse()
     {
-        return set(machine, number, value, to);
+        return set(hands, number, value, to);
     }
-    let has_more = machine.world.config.general.grblhal;
-    let Machine { program, safety, tuning, outputs, features: States { grbl, .. }, world, .. } = machine;
+    let has_more = hands.world().config.general.grblhal;
+    let Spoken { world, program, safety, tuning, outputs, grbl, .. } = hands.spoken();
     match command {
         "" => world.say(to, format_args!("{HELP}")),
-        "X" if safety.is_halted() => machine.unlock(to),
+        "X" if safety.is_halted() => hands.unlock(to),
         "X" => {}
-        "C" => return machine.check_mode(to).map_err(not_idle),
+        "C" => return hands.check_mode(to).map_err(not_idle),
         "SLP" => {
-            machine.sleep().map_err(not_idle)?;
-            machine.say(to, format_args!("[MSG:Sleeping]\n"));
+            hands.sleep().map_err(not_idle)?;
+            hands.say(to, format_args!("[MSG:Sleeping]\n"));
         }
         "$" => list(world, safety, tuning, &grbl.own, to)?,
         "G" | "#" | "N" | "I" | "I+" if command != "I+" || has_more => {
@@ -119,21 +116,11 @@ fn report<P: Ports>(
 }
 
 /// Sends GRBL's status report (`?`).
-pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    machine.follow_job();
-    let line = machine.world.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
-    let line = line.and_then(|tag| machine.jobs.line_of(tag));
-    let homed = [machine.axes.homed(), machine.can_home];
-    let Machine {
-        program,
-        safety,
-        tuning,
-        outputs,
-        jobs,
-        features: States { grbl, .. },
-        world: World { ports, sessions, config, .. },
-        ..
-    } = machine;
+pub(crate) fn report_status<P: Ports>(spoken: Spoken<'_, '_, P>, id: SessionId) {
+    let Spoken { world, program, safety, tuning, outputs, jobs, grbl, homed, .. } = spoken;
+    let World { ports, sessions, config, .. } = world;
+    let line = ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+    let line = line.and_then(|tag| jobs.line_of(tag));
     let room = ports.inbox(id).room();
     let Some(told) = grbl.told.get_mut(usize::from(id.0)) else { return };
     let of = Report {
@@ -186,11 +173,11 @@ fn list<P: Ports>(
 }
 
 /// Sets a setting, which acts and is saved at once (`$n=value`).
-fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
-    may_set(machine.safety.state())?;
+fn set<'c>(hands: &mut impl GrblHands<'c>, number: u16, value: &str, to: Recipient) -> Outcome {
+    may_set(hands.state())?;
     let setting = Setting::of(number)
         .ok_or_else(|| Failure::refused(&"there is no such setting").with_reason(Reason::Statement))?;
-    let Machine { safety, tuning, features: States { grbl, .. }, world, .. } = machine;
+    let Spoken { safety, tuning, grbl, world, .. } = hands.spoken();
     let texts = world.texts;
     let change = with_sources(world, safety, tuning, &grbl.own, |of, _| setting.change(texts, value, of))??;
     match &change {
@@ -201,14 +188,14 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Rec
         }
         Change::Switch(code) | Change::Code(code) => {
             // Numbers of the code are in mm.
-            let inches = machine.program.count_in_mm();
-            let outcome = P::run_text(machine, code.as_str(), Dialect::Grbl, Recipient::Nobody);
-            machine.program.count_in_inches(inches);
+            let inches = hands.program().count_in_mm();
+            let outcome = hands.run_text(code.as_str());
+            hands.program().count_in_inches(inches);
             outcome?;
         }
     }
     if let Change::Code(_) = change {
-        save(machine, to)?;
+        save(hands, to)?;
     }
     Ok(Answer::Ok)
 }
@@ -222,14 +209,14 @@ fn may_set(state: State) -> Result<(), Failure> {
 }
 
 /// Saves what M500 saves.
-fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    if let Err(why) = settings_file::save(machine, None, Recipient::Nobody)
+fn save<'c>(hands: &mut impl SettingsHands<'c>, to: Recipient) -> Result<(), Failure> {
+    if let Err(why) = settings_file::save(hands, None, Recipient::Nobody)
         && why.is_refusal()
     {
         return Err(why.with_reason(Reason::Storage));
     }
-    if !machine.world.config.general.config_override {
-        machine.say(to, format_args!("saved, but [general] config-override is off: the next reset forgets it\n"));
+    if !hands.world().config.general.config_override {
+        hands.say(to, format_args!("saved, but [general] config-override is off: the next reset forgets it\n"));
     }
     Ok(())
 }
@@ -278,28 +265,28 @@ fn look_through(texts: &Texts, program: &Interpreter, text: &str) -> Result<(), 
 }
 
 /// Resets settings (`$RST=$`), offsets (`$RST=#`), or both and the startup lines (`$RST=*`).
-fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
-    may_set(machine.safety.state())?;
+fn restore<'c>(hands: &mut impl GrblHands<'c>, what: &str, to: Recipient) -> Outcome {
+    may_set(hands.state())?;
     if !matches!(what, "$" | "#" | "*") {
         return Err(
             Failure::refused(&"$RST=$ restores settings, $RST=# offsets, $RST=* all").with_reason(Reason::Statement)
         );
     }
     if what != "#" {
-        let Machine { features: States { grbl, .. }, world, .. } = machine;
+        let Spoken { grbl, world, .. } = hands.spoken();
         if what == "*" {
             grbl.own = Own::default();
         }
         (grbl.own.report_mask, grbl.own.inches) = (1, false);
         save_own(world, &grbl.own)?;
-        restore_motion(&mut MachineHands::new(machine, to))?;
+        restore_motion(&mut hands.sequence(to))?;
     }
     if what != "$" {
-        machine.program.clear_offsets();
-        program_files::save_unless_playing(machine);
+        hands.program().clear_offsets();
+        program_files::save_unless_playing(hands);
     }
-    save(machine, to)?;
-    machine.say(to, format_args!("[MSG:Restoring defaults]\n"));
+    save(hands, to)?;
+    hands.say(to, format_args!("[MSG:Restoring defaults]\n"));
     Ok(Answer::Ok)
 }
 
@@ -319,112 +306,97 @@ fn not_idle(failure: Failure) -> Failure {
 }
 
 /// Homes (`$H`, `$HX` and so on), and ends an alarm, too.
-fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Outcome {
+fn home<'c>(hands: &mut impl GrblHands<'c>, axes: &str, to: Recipient) -> Outcome {
     let mut named = AxisSet::NONE;
     for letter in axes.chars() {
         let axis = Axis::from_letter(letter.to_ascii_uppercase());
         let unknown = || Failure::refused(&"$H homes all axes, $HX, $HY and $HZ one").with_reason(Reason::Statement);
         named = named.with(axis.ok_or_else(unknown)?);
     }
-    if machine.can_home.is_empty() {
+    if hands.can_home().is_empty() {
         return Err(Failure::refused(&"no endstop has a homing_direction: [endstops]").with_reason(Reason::NotEnabled));
     }
-    match machine.safety.state() {
+    match hands.state() {
         State::Idle | State::Suspended => {}
         // Check mode only reads the command.
         State::Check => return Ok(Answer::Ok),
         State::Alarm => {
-            machine.release();
-            machine.wait_release();
+            hands.release();
         }
         _ => return Err(Failure::refused(&"homing begins from standstill").with_reason(Reason::NotIdle)),
     }
-    crate::machine::homing::home(machine, named, to)
+    crate::machine::homing::home(hands, named, to)
 }
 
 /// Whether the machine jogs, for a session of this dialect: then only jogs are taken.
-pub(crate) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
-    if machine.safety.state() != State::Jog || machine.world.sessions.dialect_of(to) != Dialect::Grbl {
+pub(crate) fn jogs<'c>(hands: &mut impl GrblHands<'c>, to: Recipient) -> bool {
+    if hands.state() != State::Jog || hands.sessions().dialect_of(to) != Dialect::Grbl {
         return false;
     }
-    machine.follow_motion();
-    machine.safety.state() == State::Jog
+    hands.follow_motion();
+    hands.state() == State::Jog
 }
 
 /// Resets (Ctrl-X): stops all work, drops lines that were sent, and greets anew. No alarm if nothing goes on,
 /// or a hold has come to rest.
-pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    machine.follow_motion();
-    let Machine { world: World { sessions, ports, .. }, .. } = machine;
+pub(crate) fn reset<'c>(hands: &mut impl GrblHands<'c>, id: SessionId) {
+    hands.follow_motion();
+    let World { sessions, ports, .. } = hands.world();
     if let Some(session) = sessions.get_mut(id) {
         session.reset(ports.inbox(id));
         if let Some(listing) = session.listing.take() {
             listings::close(&listing, ports);
         }
     }
-    machine.safety.apply(Event::CheckEnds);
-    let stands = matches!(machine.safety.state(), State::Idle | State::Alarm | State::Invalid);
-    if stands && machine.frames.is_empty() && !machine.jobs.is_playing() && !machine.world.sessions.are_busy() {
-        machine.stop_outputs();
-    } else if rests_in_hold(machine.safety.mode(), &mut machine.world.ports) {
-        machine.drop_held();
-    } else {
-        machine.abort();
-    }
-    machine.program.reset();
-    machine.resynchronise();
-    program_io::reset_overrides(machine.overrides());
-    startup::begin(&machine.features.grbl.own, machine.safety.state(), &mut machine.frames);
-    let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
-    if let Some(session) = machine.world.sessions.get_mut(id) {
+    hands.apply(Event::CheckEnds);
+    hands.stop();
+    hands.program().reset();
+    hands.resynchronise();
+    program_io::reset_overrides(hands.overrides());
+    hands.begin_startup();
+    let Spoken { safety, world, .. } = hands.spoken();
+    let halted = safety.is_halted() && !safety.is_resetting();
+    if let Some(session) = world.sessions.get_mut(id) {
         let banner = session.grbl_banner;
         session.announce(format_args!("{banner}{}", if halted { LOCKED } else { "" }));
     }
 }
 
-/// Whether a held program stands at a known place. (A search for a switch or the bed does not.)
-fn rests_in_hold(mode: Mode, ports: &mut impl MotionPort) -> bool {
-    mode.state() == State::Hold
-        && matches!(mode.interrupted(), State::Run | State::Jog)
-        && ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
-}
-
 /// Carries out a byte that changes an override or an output.
-pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) {
-    let operates = machine.world.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
-    if !operates || machine.safety.is_halted() {
+pub(crate) fn change<P: Ports>(spoken: Spoken<'_, '_, P>, request: Realtime, id: SessionId) {
+    let Spoken { world, safety, outputs, feed_waits, .. } = spoken;
+    let operates = world.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
+    if !operates || safety.is_halted() {
         return;
     }
-    let factors = machine.world.ports.motion(|motion| motion.overrides());
+    let factors = world.ports.motion(|motion| motion.overrides());
     match request {
         Realtime::FeedReset | Realtime::FeedUp10 | Realtime::FeedDown10 | Realtime::FeedUp1 | Realtime::FeedDown1 => {
-            let percent = overrides::changed(
-                libm::round(program_io::feed(&mut machine.world.ports, machine.feed_waits) * 100.0),
-                request,
-            );
-            program_io::set_feed(&mut machine.world.ports, &mut machine.feed_waits, percent / 100.0);
+            let percent =
+                overrides::changed(libm::round(program_io::feed(&mut world.ports, *feed_waits) * 100.0), request);
+            program_io::set_feed(&mut world.ports, feed_waits, percent / 100.0);
         }
         Realtime::RapidFull | Realtime::RapidHalf | Realtime::RapidQuarter => {
             let rapid = overrides::rapid(request) / 100.0;
-            machine.world.ports.motion(|motion| motion.set_overrides(factors.feed, rapid));
+            world.ports.motion(|motion| motion.set_overrides(factors.feed, rapid));
         }
         Realtime::SpindleStop => {
             // The spindle stops only in a hold: a tool that stands must not be moved on.
-            if machine.safety.state() == State::Hold {
-                machine.outputs.stop_spindle(!machine.outputs.spindle_is_stopped());
+            if safety.state() == State::Hold {
+                outputs.stop_spindle(!outputs.spindle_is_stopped());
             }
         }
         Realtime::Flood | Realtime::Mist => {
             let code = if request == Realtime::Flood { 8 } else { 7 };
-            if matches!(machine.safety.state(), State::Idle | State::Run | State::Hold | State::Suspended) {
-                let change = machine.outputs.turn_over(machine.world.config, code);
-                program_io::apply(&mut machine.world.ports, change);
+            if matches!(safety.state(), State::Idle | State::Run | State::Hold | State::Suspended) {
+                let change = outputs.turn_over(world.config, code);
+                program_io::apply(&mut world.ports, change);
             }
         }
         spindle => {
-            let percent = overrides::changed(f64::from(machine.outputs.spindle_percent()), spindle);
-            machine.outputs.override_spindle(percent as f32);
+            let percent = overrides::changed(f64::from(outputs.spindle_percent()), spindle);
+            outputs.override_spindle(percent as f32);
         }
     }
-    program_io::say_spindle(&mut machine.world, &mut machine.outputs);
+    program_io::say_spindle(world, outputs);
 }
