@@ -67,6 +67,8 @@ pub(crate) trait JournalHands<'c>: WaitHands<'c> + HaltHands<'c> {
 }
 
 impl<'c, P: Ports> JournalHands<'c> for Machine<'c, P> {
+    // Many places note, and each would gather all of this for itself.
+    #[inline(never)]
     fn noted(&mut self) -> Noted<'_, 'c, P> {
         let States { journal, recovery, stalls, before_session, .. } = &mut self.features;
         Noted {
