@@ -1,9 +1,11 @@
 //! Carries out what the program says, one action at a time, and waits where it must.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
 use base::needs::{failure_of, needs};
+use base::ports::MotionPort as _;
 use base::sessions::Recipient;
+use base::{Ports, World};
 use gcode::Blocks;
 use parts::heat_codes;
 use parts::motion_codes;
@@ -16,12 +18,14 @@ use crate::machine::hands::MachineHands;
 use crate::machine::hold::Hold;
 use crate::machine::moments::{Features, Moments as _};
 use crate::machine::program_io::OverrideHands as _;
+use crate::machine::work_hands::{JobHands, MoveHands};
 use crate::machine::{Machine, effects, halt, homing, moves, operator_pauses, program_files, program_io, suspend};
 use program::State;
 
 /// Returns the failure of a block that the program refuses; the configuration knows better why a part is off.
-pub(crate) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Failure {
-    failure_of(machine.world.texts, machine.world.config, fault, machine.jobs.is_playing())
+pub(crate) fn failed_by<'c>(hands: &mut impl JobHands<'c>, fault: &Fault) -> Failure {
+    let (jobs, World { texts, config, .. }) = hands.jobs_in_world();
+    failure_of(texts, config, fault, jobs.is_playing())
 }
 
 /// Carries out the action of a block, and the actions that follow it.
@@ -153,19 +157,16 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
 /// Carries out an action that begins from standstill, or ends somewhere that only the machine knows. Each has
 /// a stack frame of its own: much is called from there.
 #[inline(never)]
-fn stand<'c, P: Ports>(
-    machine: &mut Machine<'c, P>,
-    carry_out: impl FnOnce(&mut Machine<'c, P>) -> Outcome,
-) -> Outcome {
-    let done = carry_out(machine);
+fn stand<'c, H: MoveHands<'c>>(hands: &mut H, carry_out: impl FnOnce(&mut H) -> Outcome) -> Outcome {
+    let done = carry_out(hands);
     // Homing, probing and scripts may have ended anywhere.
-    machine.resynchronise_if_still();
+    hands.resynchronise_if_still();
     done
 }
 
 /// G30: probes downwards.
-fn probe_down<P: Ports>(machine: &mut Machine<'_, P>, probe: &ProbeDown, to: Recipient) -> Outcome {
-    let hands = &mut MachineHands::new(machine, to);
+fn probe_down<'c>(hands: &mut impl MoveHands<'c>, probe: &ProbeDown, to: Recipient) -> Outcome {
+    let hands = &mut hands.sequence(to);
     let ended = procedures::probing::probe_down(hands, probe);
     if probe.stays {
         procedures::probing::leave_out(hands);
@@ -174,37 +175,39 @@ fn probe_down<P: Ports>(machine: &mut Machine<'_, P>, probe: &ProbeDown, to: Rec
 }
 
 /// G38: probes along a line.
-fn probe_along<P: Ports>(machine: &mut Machine<'_, P>, probe: &ProbeAlong, to: Recipient) -> Outcome {
-    let hands = &mut MachineHands::new(machine, to);
+fn probe_along<'c>(hands: &mut impl MoveHands<'c>, probe: &ProbeAlong, to: Recipient) -> Outcome {
+    let hands = &mut hands.sequence(to);
     let ended = procedures::probing::probe_along(hands, probe);
     procedures::probing::leave_out(hands);
     ended
 }
 
-fn heat_and_wait<P: Ports>(
-    machine: &mut Machine<'_, P>,
+fn heat_and_wait<'c>(
+    hands: &mut impl JobHands<'c>,
     (heater, target, cools): (units::HeaterId, Celsius, bool),
     to: Recipient,
 ) -> Outcome {
     if target > thermal::OFF_BELOW {
-        needs(machine.world.texts, machine.world.config, Part::Heater(heater), machine.jobs.is_playing())?;
+        let (jobs, World { texts, config, .. }) = hands.jobs_in_world();
+        needs(texts, config, Part::Heater(heater), jobs.is_playing())?;
     }
-    machine.jobs.set_heating(true);
-    let heated = heat_codes::heat_and_wait(&mut MachineHands::new(machine, to), heater, target, cools);
-    machine.jobs.set_heating(false);
+    hands.jobs().set_heating(true);
+    let heated = heat_codes::heat_and_wait(&mut hands.sequence(to), heater, target, cools);
+    hands.jobs().set_heating(false);
     heated.map(|()| Answer::Ok)
 }
 
-fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>>, homed: bool) -> Outcome {
-    machine.standstill()?;
-    let mut position = machine.world.ports.motion(|motion| motion.commanded_position());
+fn set_position<'c>(hands: &mut impl MoveHands<'c>, to: &PerAxis<Option<f64>>, homed: bool) -> Outcome {
+    hands.standstill()?;
+    let mut position = hands.position();
     let named = units::AxisSet::collect(units::Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
     named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
-    let set = machine.world.ports.motion(|motion| motion.set_position(position));
-    set.map_err(|refusal| machine.world.texts.refused(format_args!("{refusal}")))?;
+    let World { ports, texts, .. } = hands.world();
+    let set = ports.motion(|motion| motion.set_position(position));
+    set.map_err(|refusal| texts.refused(format_args!("{refusal}")))?;
     if homed {
-        machine.declare_homed(named);
+        hands.sequence(Recipient::Nobody).declare_homed(named);
     }
-    machine.axes.stray(named);
+    hands.axes().stray(named);
     Ok(Answer::Ok)
 }

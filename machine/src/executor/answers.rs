@@ -2,16 +2,64 @@
 
 use base::failure::{Answer, Failure, FailureKind, Outcome};
 use base::reason::Reason;
-use base::sessions::{Recipient, Reply, Sessions};
+use base::sessions::{Recipient, Reply, SessionId, Sessions};
 use base::{Ports, World};
 use gcode::{Code, Refusal, SyntaxError};
+use jobs::player::Jobs;
 use jobs::player::line_numbers::tag_of;
 use motion::Tag;
 
 use super::stack;
 use crate::machine::Machine;
+use crate::machine::end_requests::Asked;
+use crate::machine::fast_forward_record::Passed;
 use crate::machine::moments::{Features, Moments as _};
 use crate::machine::source::{Origin, Source};
+use crate::machine::work_hands::HaltHands;
+
+/// The work that a line belongs to.
+pub(crate) struct InWork<'m, 'c, P> {
+    /// Record of the lines that a fast-forward reads over.
+    passed: &'m mut Option<Passed>,
+    /// Requests that do not wait for the line in work.
+    urgent: &'m Asked,
+    jobs: &'m mut Jobs,
+    world: &'m mut World<'c, P>,
+}
+
+/// The machine for the ends of lines.
+pub(crate) trait LineHands<'c>: HaltHands<'c> {
+    /// Returns the work that a line belongs to.
+    fn in_work(&mut self) -> InWork<'_, 'c, Self::Ports>;
+
+    /// Whether the work in progress is to end.
+    fn is_ended(&self) -> bool;
+
+    /// Notes that a line of a session has been answered.
+    fn answered(&mut self, id: SessionId);
+
+    /// Whether a feature stops the job at this line, and says so itself.
+    fn explains_stop(&self) -> bool;
+}
+
+impl<'c, P: Ports> LineHands<'c> for Machine<'c, P> {
+    fn in_work(&mut self) -> InWork<'_, 'c, P> {
+        let Self { passed, urgent, jobs, world, .. } = self;
+        InWork { passed, urgent, jobs, world }
+    }
+
+    fn is_ended(&self) -> bool {
+        self.urgent.ends()
+    }
+
+    fn answered(&mut self, id: SessionId) {
+        self.answered(id);
+    }
+
+    fn explains_stop(&self) -> bool {
+        Features::<P>::explains_stop(self)
+    }
+}
 
 /// Answers a line that has come to its end.
 #[inline]
@@ -50,24 +98,28 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
 }
 
 /// Fails a line that has been answered already: a sender must not count a second answer.
-pub(crate) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure, source: Source) {
+pub(crate) fn fail_late<'c>(hands: &mut impl LineHands<'c>, failure: Failure, source: Source) {
     match (failure.kind, source.origin) {
         (FailureKind::Refused, Origin::Session) => {
-            machine.announce(format_args!("// WARNING {}\n", machine.world.texts.of(failure)));
+            let text = hands.world().texts.of(failure);
+            hands.announce(format_args!("// WARNING {text}\n"));
         }
-        (FailureKind::Alarm, Origin::Session) => alarm(machine, failure, Recipient::All),
+        (FailureKind::Alarm, Origin::Session) => alarm(hands, failure, Recipient::All),
         (FailureKind::Halted, Origin::Session) => {}
-        (FailureKind::Alarm, _) => alarm(machine, failure, source.to),
-        _ => say_answer(&mut machine.world, machine.urgent.ends(), Err(failure), None, source.to),
+        (FailureKind::Alarm, _) => alarm(hands, failure, source.to),
+        _ => {
+            let is_ended = hands.is_ended();
+            say_answer(hands.world(), is_ended, Err(failure), None, source.to);
+        }
     }
-    done(machine, false, source);
+    done(hands, false, source);
 }
 
 /// Tells the sender of a line, a session or the job, that the line has ended.
-fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Source) {
+fn done<'c>(hands: &mut impl LineHands<'c>, carried_out: bool, source: Source) {
     match (source.origin, source.to) {
-        (Origin::Session, Recipient::Session(id)) => machine.answered(id),
-        (Origin::Job, _) if !carried_out => pause_job(machine, "was not carried out"),
+        (Origin::Session, Recipient::Session(id)) => hands.answered(id),
+        (Origin::Job, _) if !carried_out => pause_job(hands, "was not carried out"),
         _ => {}
     }
 }
@@ -92,16 +144,16 @@ fn say_answer<P: Ports>(world: &mut World<'_, P>, is_ended: bool, outcome: Outco
 }
 
 /// Halts because a command asked for something forbidden.
-pub(crate) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Recipient) {
-    let text = machine.world.texts.of(why);
-    if machine.world.sessions.numbers_refusals(to) {
-        machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
-        return machine.world.sessions.refuse(to, why.reason, format_args!("{text}"));
+pub(crate) fn alarm<'c>(hands: &mut impl HaltHands<'c>, why: Failure, to: Recipient) {
+    let text = hands.world().texts.of(why);
+    if hands.world().sessions.numbers_refusals(to) {
+        hands.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
+        return hands.world().sessions.refuse(to, why.reason, format_args!("{text}"));
     }
     // Other sessions must learn why the machine stands.
     let to = if to == Recipient::Nobody { Recipient::All } else { to };
-    machine.say(to, format_args!("Error: {text}\n"));
-    machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
+    hands.say(to, format_args!("Error: {text}\n"));
+    hands.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
 }
 
 /// Answers a line that cannot be read.
@@ -125,22 +177,21 @@ pub(crate) fn say_refusal(sessions: &mut Sessions, refusal: Refusal, line: &[u8]
 }
 
 /// Pauses the job at a line that cannot be carried out: lines after it count on it, so it waits for a person.
-pub(crate) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
-    if let Some(passed) = &mut machine.passed {
+pub(crate) fn pause_job<'c>(hands: &mut impl LineHands<'c>, why: &str) {
+    let InWork { passed, urgent, jobs, world } = hands.in_work();
+    if let Some(passed) = passed {
         // A fast-forward only reads the line; in the job somebody went on with the next line here.
         passed.refused = passed.refused.saturating_add(1);
         return;
     }
-    if machine.urgent.ends_everything()
-        || machine.urgent.ends() && machine.jobs.wait_again(&mut machine.world.ports).is_ok()
-    {
+    if urgent.ends_everything() || urgent.ends() && jobs.wait_again(&mut world.ports).is_ok() {
         // The job ends, or reads the line again when it goes on.
         return;
     }
-    if Features::<P>::explains_stop(machine) {
+    if hands.explains_stop() {
         return;
     }
-    let Machine { jobs, world: World { sessions, .. }, .. } = machine;
+    let InWork { jobs, world: World { sessions, .. }, .. } = hands.in_work();
     if jobs.is_open() {
         jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
         sessions.tell_hosts("paused", Recipient::Nobody);
@@ -148,11 +199,11 @@ pub(crate) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
 }
 
 /// Answers a line that cannot be read to its end.
-pub(crate) fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, error: SyntaxError, line: &[u8], source: Source) {
+pub(crate) fn bad_line<'c>(hands: &mut impl LineHands<'c>, error: SyntaxError, line: &[u8], source: Source) {
     if source.origin == Origin::Settings {
         let text = core::str::from_utf8(line).unwrap_or("(not text)");
-        return machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n"));
+        return hands.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n"));
     }
-    say_refusal(machine.world.sessions, Refusal::Syntax(error), line, source.to);
-    done(machine, false, source);
+    say_refusal(hands.world().sessions, Refusal::Syntax(error), line, source.to);
+    done(hands, false, source);
 }

@@ -7,6 +7,8 @@
 use base::Ports;
 use base::failure::{Answer, Outcome};
 use base::sessions::Recipient;
+use base::tuning::Tuning;
+use config::MachineConfig;
 use parts::motion_codes;
 use procedures::homing;
 use program::dry_run::{self, DryRun};
@@ -39,10 +41,11 @@ impl<P: Ports> Checked<'_, '_, P> {
     }
 
     /// Places the program, in a fast-forward.
-    fn place(&mut self, place: impl FnOnce(&Machine<'_, P>) -> PerAxis<f64>) {
+    fn place(&mut self, place: impl FnOnce(&MachineConfig, &Tuning, &PerAxis<f64>) -> PerAxis<f64>) {
         if self.machine.passed.is_some() {
-            let place = place(self.machine);
-            self.machine.program.resynchronise(place);
+            let Machine { world, tuning, program, .. } = &mut *self.machine;
+            let place = place(world.config, tuning, program.position());
+            program.resynchronise(place);
         }
     }
 }
@@ -68,14 +71,11 @@ impl<P: Ports> DryRun for Checked<'_, '_, P> {
     }
 
     fn homes(&mut self, axes: AxisSet) {
-        self.place(|machine| homing::ends_at(machine.world.config, &machine.tuning, axes, machine.program.position()));
+        self.place(|config, tuning, here| homing::ends_at(config, tuning, axes, here));
     }
 
     fn stands_at(&mut self, to: &PerAxis<Option<f64>>, _homed: bool) {
-        self.place(|machine| {
-            let here = machine.program.position();
-            PerAxis(Axis::ALL.map(|axis| to[axis].unwrap_or(here[axis])))
-        });
+        self.place(|_, _, here| PerAxis(Axis::ALL.map(|axis| to[axis].unwrap_or(here[axis]))));
     }
 
     fn asks(&mut self) {

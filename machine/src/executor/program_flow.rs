@@ -8,16 +8,41 @@ use base::paths::Path;
 use base::{Ports, World};
 use gcode::{FlowLine, FlowWord};
 use jobs::files::Files;
+use jobs::files::logs::Logs;
 use jobs::player::{Jobs, Listeners};
 use program::{FlowFault, Interpreter, Next};
 
-use crate::machine::program_io::OverrideHands as _;
+use crate::machine::effects::EffectHands;
+use crate::machine::program_io::OverrideHands;
 use crate::machine::source::{Origin, Source};
 use crate::machine::{Machine, effects, program_files, program_io, program_logs};
 
+/// A program, and where its lines are read and written.
+pub(crate) struct Flow<'m, 'c, P> {
+    world: &'m mut World<'c, P>,
+    jobs: &'m mut Jobs,
+    files: &'m Files,
+    program: &'m mut Interpreter,
+    /// Files that programs write.
+    logs: &'m mut Logs,
+}
+
+/// The machine for the flow of a program.
+pub(crate) trait FlowHands<'c>: EffectHands<'c> + OverrideHands<'c> {
+    /// Returns the program, and where its lines are read and written.
+    fn flow(&mut self) -> Flow<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> FlowHands<'c> for Machine<'c, P> {
+    fn flow(&mut self) -> Flow<'_, 'c, P> {
+        let Self { world, jobs, files, program, logs, .. } = self;
+        Flow { world, jobs, files, program, logs }
+    }
+}
+
 /// Runs a line with an O word.
-pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
-    let Machine { world, jobs, files, program, .. } = machine;
+pub(crate) fn run_line<'c>(hands: &mut impl FlowHands<'c>, line: &FlowLine<'_>, source: Source) -> Outcome {
+    let Flow { world, jobs, files, program, .. } = hands.flow();
     if source.origin == Origin::Job {
         let (here, after) = jobs.places();
         let next = program.flow_line(line, here, after);
@@ -25,9 +50,10 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'
     }
     open_called(world, jobs, files, line, source)?;
     if let Err(fault) = program.flow_line(line, Default::default(), Default::default()) {
-        end(machine);
-        machine.jobs.close(&mut machine.world.ports);
-        return Err(machine.world.texts.refused(format_args!("{fault}")));
+        end(&mut hands.flow());
+        let Flow { world, jobs, .. } = hands.flow();
+        jobs.close(&mut world.ports);
+        return Err(world.texts.refused(format_args!("{fault}")));
     }
     program.enter_file();
     Ok(Answer::Ok)
@@ -69,27 +95,27 @@ pub(crate) fn call<P: Ports>(
 }
 
 /// Returns from a subroutine (M99), and carries out the effects that this has.
-pub(crate) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
-    if !machine.jobs.is_playing() {
+pub(crate) fn end_call<'c>(hands: &mut impl FlowHands<'c>) -> Outcome {
+    if !hands.jobs().is_playing() {
         return Err(Failure::refused(&"M99 works in files that are played"));
     }
-    let next = machine.program.end_call().unwrap_or(Next::At(program::Place::default()));
-    let Machine { world, jobs, program, .. } = &mut *machine;
+    let next = hands.program().end_call().unwrap_or(Next::At(program::Place::default()));
+    let Flow { world, jobs, program, .. } = hands.flow();
     let ended = go_on(world, jobs, program, Ok(next))?;
-    while let Some(what) = machine.program.next_effect() {
-        effects::change(machine, what)?;
+    while let Some(what) = hands.program().next_effect() {
+        effects::change(hands, what)?;
     }
     Ok(ended)
 }
 
 /// Ends the program (M2): speeds are as programmed again.
-pub(crate) fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
-    if !machine.safety.is_halted() {
-        machine.standstill()?;
-        program_io::reset_overrides(machine.overrides());
+pub(crate) fn end_program<'c>(hands: &mut impl FlowHands<'c>) -> Outcome {
+    if !hands.is_halted() {
+        hands.standstill()?;
+        program_io::reset_overrides(hands.overrides());
     }
-    end(machine);
-    program_files::save(machine);
+    end(&mut hands.flow());
+    program_files::save(hands);
     Ok(Answer::Ok)
 }
 
@@ -113,8 +139,8 @@ fn go_on<P: Ports>(
 }
 
 /// Ends the program at M2, M30 or a stop: nothing of it goes on.
-pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
-    program_logs::close(&mut machine.logs, &mut machine.world);
-    machine.program.end_program();
-    machine.jobs.end_program(&mut machine.world.ports);
+fn end<P: Ports>(Flow { world, jobs, program, logs, .. }: &mut Flow<'_, '_, P>) {
+    program_logs::close(logs, world);
+    program.end_program();
+    jobs.end_program(&mut world.ports);
 }
