@@ -60,10 +60,12 @@ impl<'c, P: Ports> FilamentHands<'c> for Machine<'c, P> {
     }
 
     fn is_planned_ahead(&self) -> bool {
-        let config = self.world.config;
-        let tool = measured_tool(&self.program, config).filter(|_| config.filament_width.enable);
-        let pushed = tool.map(|tool| self.program.position()[tool.settings.axis]);
-        pushed.is_some_and(|pushed| self.features.filament_width.is_to_come(&self.tuning.filament_width, pushed))
+        if !self.world.config.filament_width.enable {
+            return false;
+        }
+        let Some(tool) = measured_tool(&self.program, self.world.config) else { return false };
+        let pushed = self.program.position()[tool.settings.axis];
+        self.features.filament_width.is_to_come(&self.tuning.filament_width, pushed)
     }
 }
 
