@@ -4,7 +4,7 @@ use base::failure::{Answer, Failure, FailureKind, Outcome, ShortText, Texts, sho
 use base::motors;
 use base::needs::needs;
 use base::own_frame::apart;
-use base::ports::{DateTime, Disk, StorageError};
+use base::ports::{Clock as _, DateTime, Disk, StorageError};
 use base::sessions::{Listing, Recipient, Reply, SessionId};
 use base::{Ports, World};
 use config::MachineConfig;
@@ -16,14 +16,59 @@ use parts::outputs::Outputs;
 use parts::reports::{self, Status};
 use program::commands::{Command, CommandInfo, Question, asks_for_help, find};
 use program::{Dialect, Interpreter, Part, State};
+use units::Micros;
 
 use crate::features::axis_tests::command;
-use crate::features::forecast::ForecastHands as _;
+use crate::features::forecast::ForecastHands;
+use crate::features::functions::{Stating, StatusHands};
+use crate::features::play_from::PlayFromHands;
 use crate::features::{event_log, file_commands, forecast, functions, play_from, update, usb_disk};
 use crate::machine::fast_forward_record::Until;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, Moments as _, Served as _};
+use crate::machine::work_hands::MoveHands;
 use crate::machine::{Machine, abort, card, homing, job_control, long_answers, suspend};
+
+/// What questions on a console are answered with.
+struct Asked<'m, 'c, P> {
+    world: &'m mut World<'c, P>,
+    program: &'m Interpreter,
+    outputs: &'m Outputs,
+    /// Time of reading the configuration, from the card's mounting on.
+    config_took: Micros,
+}
+
+/// The machine for questions on a console.
+trait AskedHands<'c>: StatusHands<'c> + ForecastHands<'c> {
+    /// Returns what questions are answered with.
+    fn asked(&mut self) -> Asked<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> AskedHands<'c> for Machine<'c, P> {
+    fn asked(&mut self) -> Asked<'_, 'c, P> {
+        let Self { world, program, outputs, config_took, .. } = self;
+        Asked { world, program, outputs, config_took: *config_took }
+    }
+}
+
+/// The machine for commands about files that become jobs, or lines.
+trait FileHands<'c>: PlayFromHands<'c> + ForecastHands<'c> {
+    /// Returns the files.
+    fn files(&mut self) -> &mut Files;
+
+    /// Returns the files, the jobs that are played from them, and the world.
+    fn files_and_jobs(&mut self) -> (&mut Files, &mut Jobs, &mut World<'c, Self::Ports>);
+}
+
+impl<'c, P: Ports> FileHands<'c> for Machine<'c, P> {
+    fn files(&mut self) -> &mut Files {
+        &mut self.files
+    }
+
+    fn files_and_jobs(&mut self) -> (&mut Files, &mut Jobs, &mut World<'c, P>) {
+        (&mut self.files, &mut self.jobs, &mut self.world)
+    }
+}
 
 /// Splits a line into the command word and its arguments.
 fn split(line: &str) -> (&str, &str) {
@@ -116,7 +161,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         C::Check => apart(|| check(machine, arguments, to)),
         C::Play => play_file(machine, arguments, to),
         C::Queue => {
-            let Machine { jobs, files, world, .. } = machine;
+            let (files, jobs, world) = machine.files_and_jobs();
             apart(|| job_control::queue(jobs, files, world, arguments, to))
         }
         C::Pause => apart(|| job_control::pause(machine, arguments, to)),
@@ -214,13 +259,12 @@ fn tell<P: Ports>(machine: &mut Machine<'_, P>, question: Question, arguments: &
 }
 
 /// Says what is. Some of these answers have no `ok`, as in Smoothieware.
-fn report<P: Ports>(machine: &mut Machine<'_, P>, question: Question, arguments: &str, to: Recipient) -> Outcome {
-    let took = machine.config_took;
-    let Machine { program, outputs, world: World { ports, sessions, config, texts }, .. } = machine;
+fn report<'c>(hands: &mut impl AskedHands<'c>, question: Question, arguments: &str, to: Recipient) -> Outcome {
+    let Asked { program, outputs, config_took, world: World { ports, sessions, config, texts }, .. } = hands.asked();
     let reply = &mut Reply::new(sessions, to);
     match question {
         Question::Version => reports::version(ports, config, reply),
-        Question::Memory => reports::memory(ports, took, reply),
+        Question::Memory => reports::memory(ports, config_took, reply),
         Question::Modules => reports::modules(config, reply),
         Question::ModesWithoutOk => reports::modal(config, program, outputs, reply),
         Question::Switches => outputs.report(config, arguments, reply),
@@ -249,20 +293,20 @@ fn set_registers<P: Ports>(
     motors::set_registers(texts, ports, config, arguments, &mut Reply::new(sessions, to))
 }
 
-fn progress<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let now = machine.world.ports.now();
-    machine.follow_job();
-    let time_left = forecast::time_left(&mut machine.forecast());
-    let Machine { jobs, world, .. } = machine;
+fn progress<'c>(hands: &mut impl AskedHands<'c>, arguments: &str, to: Recipient) -> Outcome {
+    hands.follow_job();
+    let time_left = forecast::time_left(&mut hands.forecast());
+    let Stating { jobs, world, .. } = hands.stating();
+    let now = world.ports.now();
     jobs.progress_command(arguments, now, &time_left, &mut world.reply(to));
     Ok(Answer::Ok)
 }
 
 /// Tells a value: `get pos|wcs|state|status|mode|steps|temp|volts`.
-fn get<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let (progress, dialect) = (functions::job_progress(machine), machine.world.sessions.dialect_of(to));
-    let Machine { program, safety, outputs, world: World { ports, sessions, config, .. }, .. } = machine;
-    let of = Status { mode: safety.mode(), program, config, dialect, progress };
+fn get<'c>(hands: &mut impl StatusHands<'c>, arguments: &str, to: Recipient) -> Outcome {
+    let progress = functions::job_progress(hands);
+    let Stating { program, mode, outputs, world: World { ports, sessions, config, .. }, .. } = hands.stating();
+    let of = Status { mode, program, config, dialect: sessions.dialect_of(to), progress };
     reports::get(ports, &of, outputs, arguments, &mut Reply::new(sessions, to))
 }
 
@@ -313,14 +357,14 @@ fn play<P: Ports>(
     played.map(|answer| (answer, from.filter(|_| !was_open && jobs.is_open())))
 }
 
-fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+fn load<'c>(hands: &mut impl FileHands<'c>, name: &str, to: Recipient) -> Outcome {
     if name.is_empty() {
-        machine.say(to, format_args!("filename required\n"));
+        hands.say(to, format_args!("filename required\n"));
         return Ok(Answer::Ok);
     }
-    let path = machine.files.absolute(name);
-    if let Err(error) = suspend::begin_replay(machine, &path, to, true) {
-        machine.say(to, format_args!("failed to load config override file {name}: {}\n", error.text()));
+    let path = hands.files().absolute(name);
+    if let Err(error) = suspend::begin_replay(hands, &path, to, true) {
+        hands.say(to, format_args!("failed to load config override file {name}: {}\n", error.text()));
     }
     Ok(Answer::Ok)
 }
@@ -335,24 +379,24 @@ fn date<P: Ports>(world: &mut World<'_, P>, arguments: &str, to: Recipient) -> O
     if world.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
 }
 
-fn play_file<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let Machine { jobs, files, world, .. } = machine;
+fn play_file<'c>(hands: &mut impl FileHands<'c>, arguments: &str, to: Recipient) -> Outcome {
+    let (files, jobs, world) = hands.files_and_jobs();
     match apart(|| play(world, jobs, files, arguments, to)) {
-        Ok((_, Some(until))) => apart(|| play_from::begin(machine, until, to)),
+        Ok((_, Some(until))) => apart(|| play_from::begin(hands, until, to)),
         played => played.map(|(answer, _)| answer),
     }
 }
 
-fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let tuned = procedures::driver_tuning::tune(&mut MachineHands::new(machine, to), arguments);
-    machine.resynchronise_if_still();
+fn tune_driver<'c>(hands: &mut impl MoveHands<'c>, arguments: &str, to: Recipient) -> Outcome {
+    let tuned = procedures::driver_tuning::tune(&mut hands.sequence(to), arguments);
+    hands.resynchronise_if_still();
     tuned
 }
 
-fn jog<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
-    let done = procedures::jog::jog(&mut MachineHands::new(machine, to), arguments, e_axis);
-    machine.resynchronise();
+fn jog<'c>(hands: &mut impl MoveHands<'c>, arguments: &str, to: Recipient) -> Outcome {
+    let e_axis = hands.program().tools().active().map(|tool| tool.settings.axis);
+    let done = procedures::jog::jog(&mut hands.sequence(to), arguments, e_axis);
+    hands.resynchronise();
     done
 }
 
@@ -384,10 +428,10 @@ fn probe_line(config: &MachineConfig, words: &str) -> Result<ShortText, Failure>
 }
 
 /// Begins to look at a file: `check file`.
-fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+fn check<'c>(hands: &mut impl FileHands<'c>, name: &str, to: Recipient) -> Outcome {
     if name.is_empty() {
         return Err(Failure::refused(&"which file? check file"));
     }
-    let path = machine.files.absolute(name.trim_matches('"'));
-    forecast::check(&mut machine.forecast(), &path, to)
+    let path = hands.files().absolute(name.trim_matches('"'));
+    forecast::check(&mut hands.forecast(), &path, to)
 }

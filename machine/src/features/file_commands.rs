@@ -8,21 +8,26 @@ use jobs::files::{self, Files, listings};
 use program::commands::FileCommand;
 
 use crate::features::editing;
-use crate::machine::hands::MachineHands;
-use crate::machine::{Machine, long_answers};
+use crate::machine::long_answers::{self, AnswerHands};
+use crate::machine::work_hands::MoveHands;
+
+/// The machine for commands about files.
+pub(crate) trait FileCommandHands<'c>: AnswerHands<'c> + MoveHands<'c> {}
+
+impl<'c, H: AnswerHands<'c> + MoveHands<'c>> FileCommandHands<'c> for H {}
 
 /// Runs a command about files. Each has a stack frame of its own.
 ///
 /// # Errors
 /// Those of the command.
-pub(crate) fn run<P: Ports>(
-    machine: &mut Machine<'_, P>,
+pub(crate) fn run<'c>(
+    hands: &mut impl FileCommandHands<'c>,
     command: FileCommand,
     arguments: &str,
     to: Recipient,
 ) -> Outcome {
     use FileCommand as C;
-    let Machine { files, world, .. } = machine;
+    let (files, world) = hands.files_in_world();
     match command {
         C::List | C::Show | C::ShowSection => apart(|| list(world, files, command, arguments, to)),
         C::Delete | C::Move | C::MakeFolder | C::ChangeFolder => {
@@ -30,11 +35,12 @@ pub(crate) fn run<P: Ports>(
         }
         C::ReceiveByYmodem | C::Receive => apart(|| receive(world, files, command, arguments, to)),
         C::ReceiveCounted => apart(|| receive_counted(world, files, arguments, to)),
-        C::Copy | C::Truncate | C::Md5Sum => apart(|| copy(machine, command, arguments, to)),
-        C::Card => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
+        C::Copy | C::Truncate | C::Md5Sum => apart(|| copy(hands, command, arguments, to)),
+        C::Card => apart(|| files::card_facts::card(&mut hands.sequence(to))),
         C::Edit => apart(|| editing::begin(files, world, arguments, to)),
-        C::SetSetting => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
-            .map(|()| Answer::Said),
+        C::SetSetting => {
+            apart(|| files::config_edit::config_set(&mut hands.sequence(to), arguments)).map(|()| Answer::Said)
+        }
     }
 }
 
@@ -75,9 +81,10 @@ fn change_files<P: Ports>(
     }
 }
 
-fn copy<P: Ports>(machine: &mut Machine<'_, P>, command: FileCommand, arguments: &str, to: Recipient) -> Outcome {
-    let directory = machine.files.directory().clone();
-    let hands = &mut MachineHands::new(machine, to);
+fn copy<'c>(hands: &mut impl FileCommandHands<'c>, command: FileCommand, arguments: &str, to: Recipient) -> Outcome {
+    let (files, _) = hands.files_in_world();
+    let directory = files.directory().clone();
+    let hands = &mut hands.sequence(to);
     match command {
         FileCommand::Copy => files::copying::copy(hands, &directory, arguments),
         FileCommand::Truncate => files::copying::truncate(hands, &directory, arguments),

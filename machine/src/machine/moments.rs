@@ -3,7 +3,8 @@
 //! A feature is a folder in `features` with its state, the work of its codes, and what it does at moments of
 //! the machine: [`Moments`], whose methods do nothing unless a feature has something to do. The core calls
 //! the whole list at each moment ([`Features`]) and names no feature. Everything is bound when the firmware
-//! is built; a moment that no feature uses costs nothing.
+//! is built; a moment that no feature uses costs nothing. What a feature touches of the machine is the bound
+//! of its `impl`: see [`super::work_hands`].
 
 use base::Ports;
 use base::failure::{Failure, Outcome};
