@@ -12,6 +12,7 @@ use parts::motion_codes;
 use program::{Action, Dialect, Fault, Meaning, Part, ProbeAlong, ProbeDown};
 use units::{Celsius, PerAxis};
 
+use super::program_flow::FlowHands as _;
 use super::{bore_retract, dry_run, program_flow, tool_change};
 use crate::features::functions;
 use crate::machine::hands::MachineHands;
@@ -78,34 +79,22 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         return dry_run::carry_out(machine, action, to);
     }
     match *action {
-        Action::Move(ref request) => {
-            if Features::<P>::leave_move_out(machine, request)? {
-                return Ok(Answer::Ok);
-            }
-            moves::go_along(machine, request)?;
-        }
+        Action::Move(ref request) if Features::<P>::leave_move_out(machine, request)? => {}
+        Action::Move(ref request) => moves::go_along(machine, request)?,
         Action::Effect(what) => effects::change(machine, what)?,
-        Action::Dwell(time) => {
-            machine.standstill()?;
-            operator_pauses::dwell(&mut MachineHands::new(machine, to), time)?;
-        }
+        Action::Dwell(time) => operator_pauses::dwell(&mut MachineHands::new(machine, to), time)?,
         Action::Finish => machine.standstill()?,
         Action::Halt => halt::emergency_stop(machine),
         Action::Release => halt::clear_halt(machine, to),
-        Action::Message(_) => {}
+        Action::Message(_) | Action::SurfaceSpeed(None) => {}
         Action::Acceleration(value) => {
             return motion_codes::acceleration(machine.world.texts, &mut machine.world.ports, value);
         }
-        Action::Call { number, times } => {
-            let Machine { world, jobs, program, .. } = machine;
-            return program_flow::call(world, jobs, program, (number, times));
-        }
+        Action::Call { number, times } => return program_flow::call(machine.flow(), (number, times)),
         Action::Return => return program_flow::end_call(machine),
         Action::ReadTools => return program_files::reload_tools(&mut machine.world, &mut machine.program),
         // Motion stops for overrides and goes on from the same place: a drilling cycle in progress stays.
-        Action::Overrides { feed, spindle, hold } => {
-            program_io::enable_overrides(machine, feed, spindle, hold)?;
-        }
+        Action::Overrides { feed, spindle, hold } => program_io::enable_overrides(machine, feed, spindle, hold)?,
         Action::RetractByHand => return bore_retract::retract_by_hand(&mut MachineHands::new(machine, to)),
         Action::Keep => program_files::save_unless_playing(machine),
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
@@ -113,17 +102,11 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
             return Err(Failure::refused(&"this needs a spindle encoder"));
         }
-        Action::SurfaceSpeed(None) => {}
         Action::Home(axes) => return stand(machine, |machine| homing::home(machine, axes, to)),
         Action::SetPosition { to: ref position, homed } => {
             return stand(machine, |machine| set_position(machine, position, homed));
         }
-        Action::ForgetHoming(axes) => {
-            return stand(machine, |machine| {
-                machine.axes.forget_homed(axes);
-                Ok(Answer::Ok)
-            });
-        }
+        Action::ForgetHoming(axes) => return stand(machine, |machine| forget_homed(machine, axes)),
         Action::ProbeDown(ref probe) => return stand(machine, |machine| probe_down(machine, probe, to)),
         Action::ProbeAlong(ref probe) => return stand(machine, |machine| probe_along(machine, probe, to)),
         Action::HeatAndWait { heater, target, cools } => {
@@ -142,9 +125,8 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
             return stand(machine, |machine| program_io::await_input(&mut MachineHands::new(machine, to), wait));
         }
         Action::Suspend { heaters_stay, words } => {
-            return stand(machine, |machine| {
-                Features::<P>::suspend(machine, heaters_stay, &words, to).unwrap_or(Ok(Answer::Unknown))
-            });
+            let suspended = |machine: &mut _| Features::<P>::suspend(machine, heaters_stay, &words, to);
+            return stand(machine, |machine| suspended(machine).unwrap_or(Ok(Answer::Unknown)));
         }
         Action::Resume => return stand(machine, |machine| suspend::resume(machine, to)),
         Action::Function(function, words) => {
@@ -162,6 +144,11 @@ fn stand<'c, H: MoveHands<'c>>(hands: &mut H, carry_out: impl FnOnce(&mut H) -> 
     // Homing, probing and scripts may have ended anywhere.
     hands.resynchronise_if_still();
     done
+}
+
+fn forget_homed<'c>(hands: &mut impl MoveHands<'c>, axes: units::AxisSet) -> Outcome {
+    hands.axes().forget_homed(axes);
+    Ok(Answer::Ok)
 }
 
 /// G30: probes downwards.

@@ -15,7 +15,7 @@ use program::dry_run::{self, DryRun};
 use program::{Action, Effect, Function, Move, Words};
 use units::{Axis, AxisSet, Celsius, HeaterId, PerAxis};
 
-use super::program_flow;
+use super::program_flow::{self, FlowHands as _};
 use crate::features::functions;
 use crate::machine::fast_forward_record::Passed;
 use crate::machine::{Machine, fast_forward, halt, program_io};
@@ -108,8 +108,7 @@ impl<P: Ports> DryRun for Checked<'_, '_, P> {
     }
 
     fn calls(&mut self, number: u32, times: u32) -> Outcome {
-        let Machine { world, jobs, program, .. } = &mut *self.machine;
-        program_flow::call(world, jobs, program, (number, times))
+        program_flow::call(self.machine.flow(), (number, times))
     }
 
     fn returns(&mut self) -> Outcome {

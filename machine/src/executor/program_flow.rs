@@ -81,9 +81,7 @@ fn open_called<P: Ports>(
 
 /// Calls a subroutine by number (M98).
 pub(crate) fn call<P: Ports>(
-    world: &mut World<'_, P>,
-    jobs: &mut Jobs,
-    program: &mut Interpreter,
+    Flow { world, jobs, program, .. }: Flow<'_, '_, P>,
     (number, times): (u32, u32),
 ) -> Outcome {
     if !jobs.is_playing() {

@@ -132,8 +132,9 @@ pub(crate) fn pause<'c>(
     wait(hands, format_args!("the program waits ({code})"))
 }
 
-/// Dwells (G4). A pause leaves a dwell that is the whole line of a job.
+/// Dwells once nothing moves (G4). A pause leaves a dwell that is the whole line of a job.
 pub(crate) fn dwell<'c>(hands: &mut impl Hands<'c>, time: Micros) -> Result<(), Failure> {
+    hands.standstill()?;
     if wait_for(hands, time, |hands| hands.leaves_wait())? { Err(Failure::HALTED) } else { Ok(()) }
 }
 
