@@ -86,9 +86,9 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(crate) phases: EndstopPhases,
     pub(crate) bed: Bed,
     /// Measurements made of a delta.
-    pub(crate) delta: DeltaRecords,
+    delta: DeltaRecords,
     /// State of the probe, out or stowed.
-    pub(crate) deployment: Deployment,
+    deployment: Deployment,
     /// Compensation of a frame that grows with heat.
     pub(crate) thermal: Thermal,
     pub(crate) outputs: Outputs,
@@ -105,7 +105,7 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Record of the lines that a fast-forward reads over, until somebody takes it.
     pub(crate) passed: Option<Passed>,
     /// Limits, steps and filters as they were before a file was read over, until its job goes on.
-    pub(crate) set_before: Option<motion::MotionConfig>,
+    set_before: Option<motion::MotionConfig>,
     /// The forecast that goes on beside the executor.
     pub(crate) forecast: &'c SharedForecast,
     /// Files that the forecast reads.

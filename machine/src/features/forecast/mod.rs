@@ -71,6 +71,8 @@ impl<'c, P: Ports> ForecastHands<'c> for Machine<'c, P> {
         self.jobs.is_open()
     }
 
+    // Many places ask, and each would gather all of this for itself.
+    #[inline(never)]
     fn forecast(&mut self) -> Forecasting<'_, 'c, P> {
         Forecasting {
             forecast: self.forecast,

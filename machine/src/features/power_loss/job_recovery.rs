@@ -72,7 +72,7 @@ impl<'c, P: Ports> RecoveryHands<'c> for Machine<'c, P> {
 
 /// Says at boot which job can go on, and what that would do.
 pub(crate) fn say_offer<'c>(hands: &mut impl JournalHands<'c>) {
-    let Noted { journal, world, .. } = hands.noted();
+    let (journal, world) = hands.journal();
     if world.config.player.power_loss.enable
         && let Err(error) = jobs::journal::prepare(&mut world.ports, |ports| ports.report_alive())
     {
@@ -127,7 +127,7 @@ pub(crate) fn command<'c>(hands: &mut impl RecoveryHands<'c>, words: &Words<'_>,
     };
     if words.has('C') {
         forget(&offer, &mut hands.world().ports).map_err(failed)?;
-        hands.noted().journal.has_offer = false;
+        hands.journal().0.has_offer = false;
         hands.say(to, format_args!("{} is not gone on with\n", offer.file.path));
         return Ok(Answer::Ok);
     }

@@ -41,8 +41,6 @@ pub(crate) struct Noted<'m, 'c, P> {
     pub recovery: &'m mut Option<Recovery>,
     /// Recovery after a stall has stopped the job.
     pub stalls: &'m mut StallRecovery,
-    /// Program's state before the line of a session that is carried out under a job that is noted.
-    pub before_session: &'m mut Option<Standing>,
     pub world: &'m mut World<'c, P>,
     pub jobs: &'m Jobs,
     pub program: &'m mut Interpreter,
@@ -54,10 +52,27 @@ pub(crate) struct Noted<'m, 'c, P> {
     pub feed_waits: Option<f64>,
 }
 
+/// A job that is noted, and the line of a session beside it.
+pub(crate) struct Beside<'m, 'c, P> {
+    journal: &'m mut Journal,
+    stalls: &'m mut StallRecovery,
+    /// Program's state before the line.
+    before: &'m mut Option<Standing>,
+    world: &'m mut World<'c, P>,
+    jobs: &'m Jobs,
+    program: &'m mut Interpreter,
+}
+
 /// The machine for the journal of a job.
 pub(crate) trait JournalHands<'c>: WaitHands<'c> + HaltHands<'c> {
     /// Returns what the journal notes.
     fn noted(&mut self) -> Noted<'_, 'c, Self::Ports>;
+
+    /// Returns the job, and the line of a session beside it. Every such line passes here.
+    fn beside(&mut self) -> Beside<'_, 'c, Self::Ports>;
+
+    /// Returns the journal, and the card that it is kept on.
+    fn journal(&mut self) -> (&mut Journal, &mut World<'c, Self::Ports>);
 
     /// Whether a job is on its way back after a power cut.
     fn comes_back(&self) -> bool;
@@ -70,12 +85,11 @@ impl<'c, P: Ports> JournalHands<'c> for Machine<'c, P> {
     // Many places note, and each would gather all of this for itself.
     #[inline(never)]
     fn noted(&mut self) -> Noted<'_, 'c, P> {
-        let States { journal, recovery, stalls, before_session, .. } = &mut self.features;
+        let States { journal, recovery, stalls, .. } = &mut self.features;
         Noted {
             journal,
             recovery,
             stalls,
-            before_session,
             world: &mut self.world,
             jobs: &self.jobs,
             program: &mut self.program,
@@ -84,6 +98,15 @@ impl<'c, P: Ports> JournalHands<'c> for Machine<'c, P> {
             is_halted: self.safety.is_halted(),
             feed_waits: self.feed_waits,
         }
+    }
+
+    fn beside(&mut self) -> Beside<'_, 'c, P> {
+        let Self { world, jobs, program, features: States { journal, stalls, before_session, .. }, .. } = self;
+        Beside { journal, stalls, before: before_session, world, jobs, program }
+    }
+
+    fn journal(&mut self) -> (&mut Journal, &mut World<'c, P>) {
+        (&mut self.features.journal, &mut self.world)
     }
 
     fn comes_back(&self) -> bool {
@@ -99,7 +122,7 @@ impl<'c, P: Ports> JournalHands<'c> for Machine<'c, P> {
 fn note_of_brown_out<'c>(hands: &mut impl JournalHands<'c>) {
     let config = hands.world().config;
     let is_looked_for = !config.voltages.is_empty() && config.system.brown_out_volts != Some(Volts(0.0));
-    if hands.noted().journal.is_on || !is_looked_for {
+    if hands.journal().0.is_on || !is_looked_for {
         return;
     }
     card::at_rest(hands);
@@ -148,7 +171,7 @@ pub(crate) fn begin<'c>(hands: &mut impl JournalHands<'c>) {
         _ => {}
     }
     card::at_rest(hands);
-    let Noted { journal, world, .. } = hands.noted();
+    let (journal, world) = hands.journal();
     let counted = journal.count(&mut world.ports);
     card::at_rest(hands);
     let value = counted.and_then(|()| machine_value(&mut hands.world().ports));
@@ -242,30 +265,27 @@ fn bits(axes: AxisSet) -> u8 {
     axes.axes().fold(0, |bits, axis| bits | 1 << axis as u8)
 }
 
-/// Ends the journal of a job that is over.
-pub(crate) fn end<P: Ports>(noted: &mut Noted<'_, '_, P>) {
-    noted.journal.end(&mut noted.world.ports);
-}
-
 /// Keeps that state before a session's line, under a job that is noted.
-pub(crate) fn before_session<P: Ports>(noted: &mut Noted<'_, '_, P>) {
-    let counts = noted.journal.is_noting() || noted.stalls.beginning_of(noted.jobs.count()).is_some();
-    *noted.before_session = counts.then(|| program::standing(noted.program));
+pub(crate) fn before_session<P>(beside: Beside<'_, '_, P>) {
+    let Beside { journal, stalls, before, jobs, program, .. } = beside;
+    let counts = journal.is_noting() || stalls.beginning_of(jobs.count()).is_some();
+    *before = counts.then(|| program::standing(program));
 }
 
 /// Ends the journal if a session's line has changed the program: the file alone does not lead there any more.
-pub(crate) fn after_session<P: Ports>(noted: &mut Noted<'_, '_, P>) {
-    let before = noted.before_session.take();
-    if before.is_none() || !noted.jobs.is_open() || noted.jobs.is_suspended() {
+pub(crate) fn after_session<P: Ports>(beside: Beside<'_, '_, P>) {
+    let Beside { journal, stalls, before, world, jobs, program } = beside;
+    let before = before.take();
+    if before.is_none() || !jobs.is_open() || jobs.is_suspended() {
         return;
     }
-    if before == Some(program::standing(noted.program)) {
+    if before == Some(program::standing(program)) {
         return;
     }
-    noted.stalls.forget_beginning();
-    if noted.journal.is_noting() {
-        noted.journal.end(&mut noted.world.ports);
-        noted.world.announce(format_args!(
+    stalls.forget_beginning();
+    if journal.is_noting() {
+        journal.end(&mut world.ports);
+        world.announce(format_args!(
             "// NOTE a console has changed modes or offsets under the job: it cannot be gone on with after a power cut\n"
         ));
     }

@@ -26,11 +26,11 @@ impl<'c, M: JournalHands<'c> + RecoveryHands<'c>> Moments<M> for Feature {
     }
 
     fn session_line_begins(hands: &mut M) {
-        journal::before_session(&mut hands.noted());
+        journal::before_session(hands.beside());
     }
 
     fn session_line_ends(hands: &mut M) {
-        journal::after_session(&mut hands.noted());
+        journal::after_session(hands.beside());
     }
 
     fn job_begins(hands: &mut M, from: JobBegins) {
@@ -43,11 +43,12 @@ impl<'c, M: JournalHands<'c> + RecoveryHands<'c>> Moments<M> for Feature {
     }
 
     fn job_is_unreadable(hands: &mut M) {
-        hands.noted().journal.lose();
+        hands.journal().0.lose();
     }
 
     fn job_ends(hands: &mut M, _is_done: bool, _to: Recipient) {
-        journal::end(&mut hands.noted());
+        let (journal, world) = hands.journal();
+        journal.end(&mut world.ports);
     }
 
     fn leaves_for_heights(hands: &mut M, heights: [f64; 2]) {
