@@ -2,8 +2,9 @@
 //! the program say what they mean, carries that out, waits where it must, and serves everybody at each
 //! waiting point.
 //!
-//! Only this crate sees the whole machine. Sequences of other crates are handed
-//! [`crate::machine::hands::MachineHands`]; everything else there gets the owners it needs as arguments.
+//! Only the loop, and the tables that lead functions and commands to their owners, see the whole machine.
+//! Features and services take the small traits of [`crate::machine::work_hands`], sequences of other crates
+//! [`crate::machine::hands::MachineHands`], and everything else the owners it needs.
 
 pub(crate) mod actions;
 pub(crate) mod answers;
