@@ -17,9 +17,52 @@ use parts::outputs::Outputs;
 use program::{Dialect, Dialects};
 
 use super::stack;
+use crate::machine::abort::AbortHands;
 use crate::machine::end_requests::{Asked, Ends, Requester};
+use crate::machine::feed_hold::FeedHoldHands;
 use crate::machine::moments::{Features, Moments as _};
 use crate::machine::{Machine, abort, feed_hold};
+
+/// The machine for requests that do not wait for the line in work.
+pub(crate) trait UrgentHands<'c>: AbortHands<'c> + FeedHoldHands<'c> {
+    /// Returns the requests.
+    fn urgent(&mut self) -> &mut Asked;
+
+    /// Returns the requests, and the jobs that they end.
+    fn urgent_and_jobs(&mut self) -> (&mut Asked, &Jobs);
+
+    /// Returns the requests, and the world that they come from.
+    fn urgent_in_world(&mut self) -> (&mut Asked, &mut World<'c, Self::Ports>);
+
+    /// Whether lines of a job are read over.
+    fn reads_over(&self) -> bool;
+
+    /// Returns the lines that inputs have sent and that have not been carried out.
+    fn input_lines(&self) -> impl Iterator<Item = &str>;
+}
+
+impl<'c, P: Ports> UrgentHands<'c> for Machine<'c, P> {
+    fn urgent(&mut self) -> &mut Asked {
+        &mut self.urgent
+    }
+
+    fn urgent_and_jobs(&mut self) -> (&mut Asked, &Jobs) {
+        (&mut self.urgent, &self.jobs)
+    }
+
+    fn urgent_in_world(&mut self) -> (&mut Asked, &mut World<'c, P>) {
+        (&mut self.urgent, &mut self.world)
+    }
+
+    fn reads_over(&self) -> bool {
+        self.passed.is_some()
+    }
+
+    fn input_lines(&self) -> impl Iterator<Item = &str> {
+        let wished = Features::<P>::line(self);
+        inputs(&self.outputs, &self.buttons, self.world.config, wished)
+    }
+}
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
 pub(crate) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
@@ -55,9 +98,9 @@ fn m_number(blocks: &Blocks<'_>) -> Option<u16> {
 }
 
 /// Ends the operator's pause of a job, or else the wait in progress (M108).
-pub(crate) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !feed_hold::operator_is_done(&mut machine.jobs, machine.world.sessions) {
-        machine.urgent.end_wait();
+pub(crate) fn end_wait<'c>(hands: &mut impl UrgentHands<'c>) {
+    if !hands.operator_is_done() {
+        hands.urgent().end_wait();
     }
 }
 
@@ -74,32 +117,30 @@ pub(crate) fn ask(urgent: &mut Asked, jobs: &Jobs, requester: Requester, ends: O
 /// Looks at the lines that inputs have sent and that have not been carried out. M112, M410 and M108 act now,
 /// as they do for a session; their lines do no more in their turn.
 #[cold]
-pub(crate) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
-    let wished = Features::<P>::line(machine);
-    let Machine { outputs, buttons, world: World { config, .. }, .. } = &*machine;
-    let sends = |code| inputs(outputs, buttons, config, wished).any(|line| code_of(line) == Some(code));
-    if sends(112) {
-        machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
-    } else if sends(410) {
-        quick_stop(machine);
-    } else if sends(108) && machine.urgent.awaits_operator {
-        feed_hold::resume(machine);
-    } else if sends(108) {
-        end_wait(machine);
+pub(crate) fn ask_for_inputs<'c>(hands: &mut impl UrgentHands<'c>) {
+    let sends = |code| hands.input_lines().any(|line| code_of(line) == Some(code));
+    let [stops, quick_stops, ends_wait] = [112, 410, 108].map(sends);
+    if stops {
+        hands.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
+    } else if quick_stops {
+        quick_stop(hands);
+    } else if ends_wait && hands.urgent().awaits_operator {
+        feed_hold::resume(hands);
+    } else if ends_wait {
+        end_wait(hands);
     }
-    let dialect = machine.world.config.general.own_dialect();
+    let dialect = hands.world().config.general.own_dialect();
     let of_input = |line: &str| match ButtonWord::of(line) {
         Some(_) => Some(Ends::Wait),
         None => {
             decoder_expecting(line.as_bytes()).decode(line.as_bytes()).ok().and_then(|line| of_line(&line, dialect))
         }
     };
-    let wished = Features::<P>::line(machine);
-    let Machine { outputs, buttons, world: World { config, .. }, .. } = &*machine;
-    let all = inputs(outputs, buttons, config, wished).filter_map(of_input);
+    let all = hands.input_lines().filter_map(of_input);
     let ends = all.reduce(|one, other| if one == Ends::Everything { one } else { other });
     if ends.is_some() {
-        ask(&mut machine.urgent, &machine.jobs, Requester::Input, ends);
+        let (urgent, jobs) = hands.urgent_and_jobs();
+        ask(urgent, jobs, Requester::Input, ends);
     }
 }
 
@@ -127,14 +168,16 @@ fn inputs<'m>(
 }
 
 /// Returns the session whose turn it is.
-pub(crate) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
-    match machine.urgent.first() {
-        None => machine.world.sessions.next_ready(path_is_full),
-        Some(Requester::Session(first)) => take_first(&mut machine.urgent, machine.world.sessions, first),
+pub(crate) fn next_session<'c>(hands: &mut impl UrgentHands<'c>, path_is_full: bool) -> Option<SessionId> {
+    match hands.urgent().first() {
+        None => hands.world().sessions.next_ready(path_is_full),
+        Some(Requester::Session(first)) => {
+            let (urgent, world) = hands.urgent_in_world();
+            take_first(urgent, world.sessions, first)
+        }
         Some(Requester::Input) => {
-            let wished = Features::<P>::line(machine);
-            if inputs(&machine.outputs, &machine.buttons, machine.world.config, wished).next().is_none() {
-                machine.urgent.asked = None;
+            if hands.input_lines().next().is_none() {
+                hands.urgent().asked = None;
             }
             None
         }
@@ -153,30 +196,30 @@ fn take_first(urgent: &mut Asked, sessions: &Sessions, first: SessionId) -> Opti
 }
 
 /// Ends the work in progress, if that was asked for. A fast-forward ends by itself.
-pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
-    let is_asked = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
-    if is_asked && !machine.urgent.ends_everything() && machine.passed.is_none() {
-        end_everything(machine);
+pub(crate) fn follow<'c>(hands: &mut impl UrgentHands<'c>) {
+    let is_asked = matches!(hands.urgent().asked, Some((_, Ends::Everything)));
+    if is_asked && !hands.urgent().ends_everything() && !hands.reads_over() {
+        end_everything(hands);
     }
 }
 
 /// Stops the work in progress (M410), and pauses the file.
-pub(crate) fn quick_stop<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.safety.is_halted() || machine.passed.is_some() {
+pub(crate) fn quick_stop<'c>(hands: &mut impl UrgentHands<'c>) {
+    if hands.is_halted() || hands.reads_over() {
         return;
     }
-    if machine.jobs.is_playing() {
-        machine.announce(format_args!("// NOTE stopped (M410): M24 goes on with the next line, abort ends the job\n"));
-        machine.world.sessions.tell_hosts("paused", Recipient::Nobody);
+    if hands.jobs().is_playing() {
+        hands.announce(format_args!("// NOTE stopped (M410): M24 goes on with the next line, abort ends the job\n"));
+        hands.world().sessions.tell_hosts("paused", Recipient::Nobody);
     }
-    end_everything(machine);
+    end_everything(hands);
 }
 
 /// Brakes the motors, drops the queue, and pauses the file.
-fn end_everything<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.jobs.set_paused(true);
-    abort::drop_queued(machine);
-    machine.urgent.ends = Some(Ends::Everything);
+fn end_everything<'c>(hands: &mut impl UrgentHands<'c>) {
+    hands.jobs().set_paused(true);
+    abort::drop_queued(hands);
+    hands.urgent().ends = Some(Ends::Everything);
 }
 
 /// Ends everything that the ended line has started, and brings motion to rest.
