@@ -53,7 +53,6 @@ use events::Event as Happened;
 use jobs::files::Files;
 use jobs::files::logs::Logs;
 use jobs::player::Jobs;
-use motion::path::Bounds;
 use motion::{Refusal, Tag};
 use parts::buttons::Buttons;
 use parts::outputs::Outputs;
@@ -113,7 +112,7 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Tag of the moves made at present.
     pub(crate) tag: Tag,
     /// Axes that have a switch to home with.
-    pub(crate) can_home: AxisSet,
+    can_home: AxisSet,
     pub(crate) polls: Polls,
     /// Operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
     pub(crate) feed_waits: Option<f64>,
@@ -295,48 +294,15 @@ impl<'c, P: Ports> Machine<'c, P> {
         self.axes.enable(self.world.texts, &mut self.world.ports, self.world.config, &self.tuning, now)
     }
 
-    /// Whether moves are taken: where the configuration asks for it, only once the machine is homed.
-    pub(crate) fn may_move(&self) -> Result<(), Failure> {
-        if self.world.config.motion.must_be_homed && !self.facts().all_homed() {
-            return Err(Failure::alarm(&"Must be homed before moving"));
-        }
-        Ok(())
-    }
-
     /// Returns the travel that axes may be commanded within.
     pub(crate) fn travel(&mut self) -> &Travel {
         self.safety.travel.up_to_date(self.world.config, &self.tuning)
-    }
-
-    /// Whether a place is within the travel, so that a straight move there leaves it nowhere.
-    pub(crate) fn reaches(&mut self, place: &PerAxis<f64>) -> bool {
-        let homed = self.axes.homed();
-        self.travel().has(place, homed)
     }
 
     /// Whether a straight move stays within the travel.
     pub(crate) fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
         let homed = self.axes.homed();
         self.travel().check(from, to, homed).map_err(|out| out.failure(self.world.texts, self.world.config))
-    }
-
-    /// Whether a curve that goes this far along the axes stays within the travel.
-    pub(crate) fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
-        let homed = self.axes.homed();
-        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.world.texts, self.world.config))
-    }
-
-    /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or
-    /// not at all.
-    pub(crate) fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
-        let (travel, mut from) = (self.safety.travel.up_to_date(self.world.config, &self.tuning), *first);
-        for to in &self.program.moves_to_come() {
-            travel
-                .check(&from, to, self.axes.homed())
-                .map_err(|out| out.failure(self.world.texts, self.world.config))?;
-            from = *to;
-        }
-        Ok(())
     }
 
     /// Submits a move, waiting while the look-ahead queue is full.

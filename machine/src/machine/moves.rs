@@ -95,7 +95,10 @@ impl<'c, P: Ports> DrawHands<'c> for Machine<'c, P> {
     }
 
     fn may_move(&self) -> Result<(), Failure> {
-        self.may_move()
+        if self.world.config.motion.must_be_homed && !self.facts().all_homed() {
+            return Err(Failure::alarm(&"Must be homed before moving"));
+        }
+        Ok(())
     }
 
     fn may_make(&mut self, request: &Move) -> Result<(), Failure> {
@@ -103,15 +106,24 @@ impl<'c, P: Ports> DrawHands<'c> for Machine<'c, P> {
     }
 
     fn reaches(&mut self, place: &PerAxis<f64>) -> bool {
-        self.reaches(place)
+        let homed = self.axes.homed();
+        self.travel().has(place, homed)
     }
 
     fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
-        self.curve_stays_within(from, bounds)
+        let homed = self.axes.homed();
+        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.world.texts, self.world.config))
     }
 
     fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
-        self.rest_stays_within(first)
+        let (travel, mut from) = (self.safety.travel.up_to_date(self.world.config, &self.tuning), *first);
+        for to in &self.program.moves_to_come() {
+            travel
+                .check(&from, to, self.axes.homed())
+                .map_err(|out| out.failure(self.world.texts, self.world.config))?;
+            from = *to;
+        }
+        Ok(())
     }
 
     fn submit(&mut self, request: &motion::Move) -> Result<(), Failure> {

@@ -20,7 +20,7 @@ use crate::machine::halt::ReleaseHands;
 use crate::machine::moments::Served as _;
 use crate::machine::program_io::OverrideHands;
 use crate::machine::settings_file::SettingsHands;
-use crate::machine::work_hands::JobHands;
+use crate::machine::work_hands::{JobHands, MoveHands as _};
 
 /// The machine as GRBL's dialect reports it and sets it up.
 pub(crate) struct Spoken<'m, 'c, P> {
@@ -83,7 +83,7 @@ pub(crate) trait GrblHands<'c>:
 
 impl<'c, P: Ports> GrblHands<'c> for Machine<'c, P> {
     fn spoken(&mut self) -> Spoken<'_, 'c, P> {
-        let homed = [self.axes.homed(), self.can_home];
+        let homed = [self.axes.homed(), self.can_home()];
         let Self { world, program, safety, tuning, outputs, jobs, features: States { grbl, .. }, feed_waits, .. } =
             self;
         Spoken { world, program, safety, tuning, outputs, jobs, grbl, homed, feed_waits }
