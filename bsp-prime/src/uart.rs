@@ -24,15 +24,13 @@ const FIFO_BYTES: usize = 16;
 #[derive(Debug)]
 struct Shared {
     tx: ByteRing<TX_BYTES>,
-    line_errors: AtomicU32,
     /// Mask of the bits of a received word that are not data: the parity bit arrives with them.
     not_data: AtomicU32,
 }
 
 // All zeros, as the board fills this region with zeros.
 #[unsafe(link_section = ".d2ram")]
-static SHARED: [Shared; 3] =
-    [const { Shared { tx: ByteRing::new(), line_errors: AtomicU32::new(0), not_data: AtomicU32::new(0) } }; 3];
+static SHARED: [Shared; 3] = [const { Shared { tx: ByteRing::new(), not_data: AtomicU32::new(0) } }; 3];
 
 /// Sends bytes by an open port without interrupts, and waits until the last is out; no interrupt of the port
 /// may run. For reports of code that cannot go on. A line that takes nothing is given up.
@@ -176,8 +174,6 @@ impl UartInterrupt {
         if status.ore().bit_is_set() || status.fe().bit_is_set() || status.nf().bit_is_set() || status.pe().bit_is_set()
         {
             uart.icr.write(|w| w.orecf().set_bit().fecf().set_bit().ncf().set_bit().pecf().set_bit());
-            let errors = &self.shared.line_errors;
-            errors.store(errors.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
         }
         for _ in 0..FIFO_BYTES {
             if uart.isr.read().rxne().bit_is_clear() {
@@ -264,11 +260,5 @@ impl UartPort {
     #[must_use]
     pub fn is_drained(&self) -> bool {
         self.shared.tx.is_empty()
-    }
-
-    /// Interrupts so far that found an overrun, framing, parity or noise error.
-    #[must_use]
-    pub fn line_errors(&self) -> u32 {
-        self.shared.line_errors.load(Ordering::Relaxed)
     }
 }

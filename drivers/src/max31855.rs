@@ -103,12 +103,6 @@ impl Reading {
     pub fn celsius(self) -> Celsius {
         Celsius(f32::from(self.quarters) * 0.25)
     }
-
-    /// Returns the chip temperature.
-    #[must_use]
-    pub fn cold_junction(self) -> Celsius {
-        Celsius(f32::from(self.cold_junction_sixteenths) / 16.0)
-    }
 }
 
 /// Most readings that are averaged.
@@ -188,10 +182,10 @@ mod tests {
             [(0b01_1001_0000_0000, 1_600.0), (0b00_0000_0110_0100, 25.0), (0b11_1111_1111_1111, -0.25)]
         {
             let reading = Reading::decode(code << 18 | 0x190 << 4).unwrap();
-            assert_eq!((reading.celsius().0, reading.cold_junction().0), (celsius, 25.0));
+            assert_eq!((reading.celsius().0, reading.cold_junction_sixteenths), (celsius, 25 * 16));
         }
         let cold = Reading::decode(100 << 18 | 0b1111_1111_1111 << 4).unwrap();
-        assert_eq!(cold.cold_junction().0, -0.0625);
+        assert_eq!(cold.cold_junction_sixteenths, -1);
     }
 
     #[test]

@@ -104,12 +104,6 @@ const fn command(word: &'static str, does: Command, takes: &'static str, help: &
 }
 
 impl CommandInfo {
-    /// Whether the command is a question, answered whatever the machine waits for.
-    #[must_use]
-    pub const fn is_question(&self) -> bool {
-        matches!(self.does, Command::Ask(_))
-    }
-
     const fn working(mut self) -> Self {
         self.states = States::WORKING;
         self
@@ -263,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_question_runs_in_every_state_and_touches_neither_card_nor_machine() {
-        for command in COMMANDS.iter().filter(|command| command.is_question()) {
+        for command in COMMANDS.iter().filter(|command| matches!(command.does, Command::Ask(_))) {
             let waits_for_something = command.acts || command.needs_card || command.states != States::ALL;
             assert!(!waits_for_something, "{} is answered while the machine waits", command.word);
         }

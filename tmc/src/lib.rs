@@ -51,7 +51,7 @@ pub use driver::{Driver, Error, Microsteps, StallGuard, StepInput};
 pub use status::{Diagnostics, ReadSelect, Reading, Status, Temperature};
 
 use embedded_hal::spi;
-use units::{Amps, Ohms};
+use units::Ohms;
 
 /// SPI mode of the chips: clock idles high, data is taken on the rising edge (TMC2590 datasheet section 7.2).
 pub const SPI_MODE: spi::Mode = spi::MODE_3;
@@ -75,18 +75,6 @@ impl Chip {
         match self {
             Self::Tmc2590 => Ohms(0.050),
             Self::Tmc2660 => Ohms(0.100),
-        }
-    }
-
-    /// Returns the highest peak current allowed for the board's power stage with this sense resistor.
-    #[must_use]
-    pub fn default_max_current(self, sense_resistor: Ohms) -> Amps {
-        let milliohms = sense_resistor.0 * 1_000.0;
-        match self {
-            Self::Tmc2660 => Amps(2.8),
-            Self::Tmc2590 if (milliohms - 50.0).abs() < 0.5 => Amps(5.5),
-            Self::Tmc2590 if (milliohms - 75.0).abs() < 0.5 => Amps(4.4),
-            Self::Tmc2590 => Amps(3.2),
         }
     }
 

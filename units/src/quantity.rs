@@ -11,9 +11,6 @@ macro_rules! quantity {
         pub struct $name(pub $number);
 
         impl $name {
-            /// Symbol of the unit.
-            pub const SYMBOL: &'static str = $symbol;
-
             /// Returns the bare number, in this type's unit.
             #[must_use]
             pub const fn get(self) -> $number {

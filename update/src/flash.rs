@@ -119,10 +119,4 @@ impl Layout {
     pub const fn log_at(&self) -> u32 {
         self.log.0 * self.sector_bytes
     }
-
-    /// The sectors of an image of so many bytes.
-    pub fn sectors_of(&self, bytes: u32) -> impl Iterator<Item = Sector> + use<> {
-        let first = self.first.0;
-        (first..first + bytes.div_ceil(self.sector_bytes).min(self.sectors)).map(Sector)
-    }
 }

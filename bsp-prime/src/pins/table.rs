@@ -64,9 +64,6 @@ pub const PROBE: PinName = pin('B', 10);
 pub const LEDS: [PinName; 4] = [pin('H', 9), pin('H', 10), pin('H', 11), pin('H', 12)];
 /// The mass-storage LED, act high.
 pub const MSC_LED: PinName = pin('F', 13);
-/// The BOOT0 button, pressed = high through 10 k; a pull-up would divide to an undefined level.
-pub const BOOT_BUTTON: PinName = pin('J', 14);
-
 /// Board identity resistors, bit 3 first; to ground = 1 [smoothiev2-prime].
 pub const BOARD_ID: [PinName; 4] = [pin('E', 10), pin('F', 3), pin('F', 5), pin('F', 7)];
 

@@ -68,11 +68,6 @@ impl Ahead {
         self.count > 0 || self.waiting > 0
     }
 
-    /// Returns whether there is room for another run.
-    pub const fn takes_run(&self) -> bool {
-        self.waiting < RUNS
-    }
-
     /// Takes a run that comes next; false without room.
     pub fn follow(&mut self, run: Run) -> bool {
         if run.count == 0 {

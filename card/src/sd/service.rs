@@ -289,11 +289,6 @@ impl<H: Host> Service<H> {
         self.ahead.follow(run)
     }
 
-    /// Returns whether [`follow`](Self::follow) has room.
-    pub const fn follows_more(&self) -> bool {
-        self.ahead.takes_run()
-    }
-
     /// Stops following, or makes way for another reader.
     pub const fn unfollow(&mut self) {
         self.ahead.forget();

@@ -72,12 +72,6 @@ impl StealthKind {
         if self.is_on_wire() { (WIRE_IOIN, 1) } else { (IOIN, 1 << 4) }
     }
 
-    /// Returns whether DIAG is high for a stall; the outputs of others are open drain, and low for a stall.
-    #[must_use]
-    pub const fn stall_is_high(self) -> bool {
-        self.is_on_wire()
-    }
-
     /// Returns the "reset default" of the registers in which it is not 0.
     const fn reset_values(self) -> &'static [(usize, u32)] {
         match self {

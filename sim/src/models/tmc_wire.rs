@@ -80,12 +80,6 @@ impl Wire {
         };
         (self.heard.len() == length).then(|| std::mem::take(&mut self.heard))
     }
-
-    /// Returns the time of a bit, as last learned.
-    #[must_use]
-    pub const fn bit_ns(&self) -> u64 {
-        self.bit_ns
-    }
 }
 
 /// Returns the CRC8-ATM, as the datasheet's figure shifts it.

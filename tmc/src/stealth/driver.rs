@@ -155,15 +155,6 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.write_chopconf()
     }
 
-    /// Sets interpolation to 256 microsteps.
-    ///
-    /// # Errors
-    /// As [`Self::status`].
-    pub fn set_interpolation(&mut self, on: bool) -> Result<(), Error<BUS::Error>> {
-        self.settings.interpolation = on;
-        self.write_chopconf()
-    }
-
     /// Sets the differences of these settings to those in force: the chopper, the load measurement, the speed
     /// up to which stealthChop drives. The motor must stand still.
     ///

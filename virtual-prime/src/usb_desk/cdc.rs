@@ -5,11 +5,9 @@ use usb_host::descriptors::{BULK, INTERRUPT};
 use usb_host::request::{CLASS_IN, CLASS_OUT};
 use usb_host::transfer::{Direction, Endpoint, Request, TransferId};
 
-const SEND_ENCAPSULATED: u8 = 0x00;
 const SET_LINE_CODING: u8 = 0x20;
 const GET_LINE_CODING: u8 = 0x21;
 const SET_CONTROL_LINE_STATE: u8 = 0x22;
-const SEND_BREAK: u8 = 0x23;
 /// Notifications of the communications interface.
 const SERIAL_STATE: u8 = 0x20;
 
@@ -83,22 +81,6 @@ impl Serial {
     pub fn set_lines(&self, desk: &mut Desk<'_>, dtr: bool, rts: bool) -> Result<(), UsbError> {
         let value = u16::from(dtr) | u16::from(rts) << 1;
         desk.tell(CLASS_OUT, SET_CONTROL_LINE_STATE, value, u16::from(self.interface), &[])
-    }
-
-    /// Sends a break of so many milliseconds; 0xFFFF lasts until told otherwise.
-    ///
-    /// # Errors
-    /// As [`Desk::control`].
-    pub fn send_break(&self, desk: &mut Desk<'_>, ms: u16) -> Result<(), UsbError> {
-        desk.tell(CLASS_OUT, SEND_BREAK, ms, u16::from(self.interface), &[])
-    }
-
-    /// Sends an encapsulated command, as for a modem.
-    ///
-    /// # Errors
-    /// As [`Desk::control`].
-    pub fn encapsulated(&self, desk: &mut Desk<'_>, command: &[u8]) -> Result<(), UsbError> {
-        desk.tell(CLASS_OUT, SEND_ENCAPSULATED, 0, u16::from(self.interface), command)
     }
 
     /// Sends bytes and waits until the device has all of them.

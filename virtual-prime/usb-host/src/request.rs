@@ -83,14 +83,8 @@ pub const SET_CONFIGURATION: u8 = 9;
 pub const GET_INTERFACE: u8 = 10;
 /// bRequest of SET_INTERFACE, section 9.4.10.
 pub const SET_INTERFACE: u8 = 11;
-/// bRequest of SYNCH_FRAME, section 9.4.11.
-pub const SYNCH_FRAME: u8 = 12;
-
 /// Feature selector of an endpoint's halt.
 pub const ENDPOINT_HALT: u16 = 0;
-/// Feature selector of a device's remote wake-up.
-pub const REMOTE_WAKEUP: u16 = 1;
-
 /// Type of a device descriptor.
 pub const DEVICE: u8 = 1;
 /// Type of a configuration descriptor.
