@@ -22,10 +22,11 @@ use core::ops::DerefMut;
 use motion::{Latch, Motion};
 use units::Micros;
 
+pub use ::events::DateTime;
 pub use board::{
     Board, BoardInfo, LastWords, MemoryReport, PinPort, PinTaken, Start, StepTimes, SupplyVoltages, WiringError,
 };
-pub use calendar::{Calendar, DateTime};
+pub use calendar::Calendar;
 pub use drivers::{
     ChopperFit, Coil, Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch,
 };

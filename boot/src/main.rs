@@ -17,7 +17,7 @@ mod waiting;
 mod words;
 
 use bsp_prime::boot_stage::BootStage;
-use bsp_prime::identity::ResetCause;
+use bsp_prime::identity::Cause;
 use cortex_m_rt::entry;
 use update::{Ended, Next, PRIME, VECTOR_TABLE, settle};
 
@@ -49,10 +49,10 @@ fn main() -> ! {
 }
 
 /// Returns how the application's last run ended, by the cause of the reset.
-const fn ended(cause: ResetCause) -> Ended {
+const fn ended(cause: Cause) -> Ended {
     match cause {
-        ResetCause::Watchdog | ResetCause::WindowWatchdog => Ended::Watchdog,
-        ResetCause::Software => Ended::Itself,
-        ResetCause::PowerOn | ResetCause::BrownOut | ResetCause::Pin | ResetCause::Unknown => Ended::Early,
+        Cause::Watchdog => Ended::Watchdog,
+        Cause::Software => Ended::Itself,
+        Cause::PowerOn | Cause::BrownOut | Cause::Pin | Cause::Unknown => Ended::Early,
     }
 }

@@ -8,7 +8,7 @@
 
 use stm32h7xx_hal::pac;
 
-use crate::identity::ResetCause;
+use crate::identity::Cause;
 
 /// Numbers of the registers of the request, of the mark, and of the reset's causes.
 const REQUEST: usize = 20;
@@ -38,10 +38,10 @@ pub fn forget_button() {
 
 /// Returns whether to wait for firmware, and clears the request. For the boot stage, which opens the backup
 /// domain first.
-pub(crate) fn take(cause: ResetCause) -> bool {
+pub(crate) fn take(cause: Cause) -> bool {
     let is_asked = register(REQUEST).read().bits() == DOWNLOAD;
     register(REQUEST).write(|w| w.bits(0));
-    let is_pressed = cause == ResetCause::Pin;
+    let is_pressed = cause == Cause::Pin;
     let was_pressed = register(PRESSED).read().bits() == ONCE;
     let is_second = is_pressed && was_pressed;
     register(PRESSED).write(|w| w.bits(if is_pressed && !is_second { ONCE } else { 0 }));

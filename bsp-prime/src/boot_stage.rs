@@ -7,7 +7,7 @@ use crate::board::{DEBUG_BAUD, make_outputs_safe};
 use crate::boot_request;
 use crate::clocks::{self, ClockError};
 use crate::flash::BoardFlash;
-use crate::identity::{self, ResetCause};
+use crate::identity::{self, Cause};
 use crate::memory::{self, FlashUse};
 use crate::pins::{Output, PinSpec, table};
 use crate::rtc;
@@ -39,7 +39,7 @@ pub struct BootStage {
     /// Running watchdog; the application finds it so and sets it up anew.
     pub watchdog: Watchdog,
     /// Cause of the chip's reset.
-    pub reset_cause: ResetCause,
+    pub reset_cause: Cause,
     /// Whether the application, or a person by the button, asks for firmware over USB.
     pub download: bool,
     /// Means of releasing the chip to the application.

@@ -1,8 +1,7 @@
 //! Identity of the board and cause of its start: unique id, silicon revision, driver chips by the identity
 //! resistors, cause of the last reset.
 
-use core::fmt;
-
+pub use events::Cause;
 use stm32h7xx_hal::pac;
 
 use crate::boot_request;
@@ -31,44 +30,11 @@ pub struct Identity {
     /// Motor drivers that the board number stands for.
     pub chips: MotorChips,
     /// Cause of the last reset.
-    pub reset_cause: ResetCause,
+    pub reset_cause: Cause,
     /// Message of a firmware that ended itself, if that was the cause.
     pub last_words: Option<Text>,
     /// The option bytes wrongly start the Cortex-M4 as well.
     pub second_core_starts: bool,
-}
-
-/// Cause of the chip's reset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResetCause {
-    /// The supply came up.
-    PowerOn,
-    /// The supply sagged below the brown-out threshold.
-    BrownOut,
-    /// The reset pin: button or debug probe.
-    Pin,
-    /// Firmware asked for it.
-    Software,
-    /// The independent watchdog was not fed.
-    Watchdog,
-    /// Reset by the window watchdog.
-    WindowWatchdog,
-    /// None of the known flags.
-    Unknown,
-}
-
-impl fmt::Display for ResetCause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PowerOn => "power-on",
-            Self::BrownOut => "brown-out",
-            Self::Pin => "reset pin",
-            Self::Software => "software",
-            Self::Watchdog => "watchdog",
-            Self::WindowWatchdog => "window watchdog",
-            Self::Unknown => "unknown",
-        })
-    }
 }
 
 /// Base of the unique id (RM0399 section 64.1).
@@ -77,7 +43,7 @@ const UNIQUE_ID: *const u32 = 0x1FF1_E800 as *const u32;
 /// Cause of the reset and its effect on memory, read once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reset {
-    pub cause: ResetCause,
+    pub cause: Cause,
     /// The supply was gone, and with it what was in memory. After a mere sag, memory has kept its contents:
     /// the core's supply falls later than the brown-out's threshold.
     pub lost_memory: bool,
@@ -117,14 +83,13 @@ fn take_flags(rcc: &pac::RCC) -> u32 {
 fn reset(flags: u32) -> Reset {
     // A watchdog or software reset also raises PINRSTF, a power-on BORRSTF: most telling first.
     let causes = [
-        (flag::WATCHDOG, ResetCause::Watchdog),
-        (flag::WINDOW_WATCHDOG, ResetCause::WindowWatchdog),
-        (flag::SOFTWARE, ResetCause::Software),
-        (flag::POWER_ON, ResetCause::PowerOn),
-        (flag::BROWN_OUT, ResetCause::BrownOut),
-        (flag::PIN, ResetCause::Pin),
+        (flag::WATCHDOG | flag::WINDOW_WATCHDOG, Cause::Watchdog),
+        (flag::SOFTWARE, Cause::Software),
+        (flag::POWER_ON, Cause::PowerOn),
+        (flag::BROWN_OUT, Cause::BrownOut),
+        (flag::PIN, Cause::Pin),
     ];
-    let cause = causes.into_iter().find(|(flag, _)| flags & flag != 0).map_or(ResetCause::Unknown, |(_, cause)| cause);
+    let cause = causes.into_iter().find(|(flag, _)| flags & flag != 0).map_or(Cause::Unknown, |(_, cause)| cause);
     Reset { cause, lost_memory: flags & flag::POWER_ON != 0 }
 }
 
@@ -135,7 +100,7 @@ pub(crate) fn unique_id() -> [u32; 3] {
 }
 
 impl Identity {
-    pub(crate) fn read(reset_cause: ResetCause, last_words: Option<Text>) -> Self {
+    pub(crate) fn read(reset_cause: Cause, last_words: Option<Text>) -> Self {
         let unique_id = unique_id();
         // SAFETY: read-only register.
         let code = unsafe { (*pac::DBGMCU::ptr()).idc.read().bits() };

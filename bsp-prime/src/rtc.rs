@@ -4,6 +4,7 @@
 //! chapter 49. The crystal takes up to two seconds to start (data sheet DS12923, "LSE oscillator
 //! characteristics"); nobody waits for it, the clock stands until then.
 
+use events::DateTime;
 use stm32h7xx_hal::pac;
 
 use crate::wait;
@@ -27,18 +28,6 @@ const RTCEN: u32 = 1 << 15;
 /// LSEDRV: the most drive, as this board's crystal is run everywhere.
 const MOST_DRIVE: u32 = 0b11 << 3;
 const LSEON: u32 = 1;
-
-/// A date and a time of day, of 2000 to 2099.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names are the meaning")]
-pub struct Reading {
-    pub year: u16,
-    pub month: u8,
-    pub day: u8,
-    pub hour: u8,
-    pub minute: u8,
-    pub second: u8,
-}
 
 /// Opens clock and backup registers for writing; false if the domain does not open.
 pub(crate) fn open_backup_domain(pwr: &pac::PWR, rcc: &pac::RCC) -> bool {
@@ -88,7 +77,7 @@ impl Rtc {
     }
 
     /// Sets the clock. False when its crystal does not run.
-    pub fn set(&mut self, to: Reading) -> bool {
+    pub fn set(&mut self, to: DateTime) -> bool {
         let bcd = |number: u8| u32::from(number / 10) << 4 | u32::from(number % 10);
         let time = bcd(to.hour) << 16 | bcd(to.minute) << 8 | bcd(to.second);
         // The day of the week must not be 0, and nobody asks for it.
@@ -111,7 +100,7 @@ impl Rtc {
 
 /// Returns the date and time of the clock; valid from [`Rtc::start`] on.
 #[must_use]
-pub fn now() -> Reading {
+pub fn now() -> DateTime {
     // SAFETY: it is only read; [`Rtc`] alone writes it.
     let registers = unsafe { &*pac::RTC::ptr() };
     // Both are counters: a second may end between them (RM0399 section 49.3.10).
@@ -127,7 +116,7 @@ pub fn now() -> Reading {
         let bits = register >> from & mask;
         (bits >> 4) as u8 * 10 + (bits & 0xF) as u8
     };
-    Reading {
+    DateTime {
         year: 2_000 + u16::from(number(date, 16, 0xFF)),
         month: number(date, 8, 0x1F),
         day: number(date, 0, 0x3F),

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::Text;
+use crate::{DateTime, Text};
 
 /// Cause of the firmware's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,31 +42,6 @@ impl fmt::Display for Cause {
     }
 }
 
-/// Date and time that a clock gave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Date {
-    /// Year, all four digits.
-    pub year: u16,
-    /// Month, 1 to 12.
-    pub month: u8,
-    /// Day, 1 to 31.
-    pub day: u8,
-    /// Hour, 0 to 23.
-    pub hour: u8,
-    /// Minute, 0 to 59.
-    pub minute: u8,
-    /// Second, 0 to 59.
-    pub second: u8,
-}
-
-impl fmt::Display for Date {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { year, month, day, hour, minute, second } = self;
-        write!(f, "{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
-    }
-}
-
 /// The tasks that the watchdog waits for, in the order of the bits of [`Event::Silent`].
 pub const SILENT_TASKS: [&str; 5] =
     ["heat control", "the step feed", "the planner", "the watch over drivers and supplies", "the executor"];
@@ -80,7 +55,7 @@ pub enum Event {
         /// Cause of the start.
         cause: Cause,
         /// The date, when somebody has set the clock.
-        date: Option<Date>,
+        date: Option<DateTime>,
     },
     /// The firmware ended itself: a panic, a fault of the processor, a clock that stopped.
     Ended(Text),

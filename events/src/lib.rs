@@ -11,10 +11,12 @@
 #![cfg_attr(not(test), no_std)]
 
 mod codec;
+mod date;
 mod event;
 mod ring;
 mod text;
 
-pub use event::{Cause, Date, Event, SILENT_TASKS};
+pub use date::DateTime;
+pub use event::{Cause, Event, SILENT_TASKS};
 pub use ring::{EVENTS, Entries, Entry, EventRing, SLOT_WORDS, Slots};
 pub use text::{TEXT_BYTES, Text};

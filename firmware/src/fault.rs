@@ -8,7 +8,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use base::ports::{LastWords, Start};
 use bsp_prime::BoardError;
 use bsp_prime::board::make_outputs_safe;
-use bsp_prime::identity::{Identity, ResetCause};
+use bsp_prime::identity::{Cause, Identity};
 use bsp_prime::last_words::{self, Text};
 use bsp_prime::{kept, log, rtt, time};
 use cortex_m::peripheral::SCB;
@@ -73,10 +73,10 @@ pub fn board_failed(error: BoardError) -> ! {
 /// Returns the reason for this start.
 pub fn start(identity: &Identity) -> Start {
     match (identity.reset_cause, &identity.last_words) {
-        (ResetCause::Watchdog, _) => Start::Watchdog,
-        (ResetCause::BrownOut, _) => Start::BrownOut,
+        (Cause::Watchdog, _) => Start::Watchdog,
+        (Cause::BrownOut, _) => Start::BrownOut,
         // A text has no more bytes than there is room for.
-        (ResetCause::Software, Some(text)) => Start::Ended(LastWords::try_from(text.as_str()).unwrap_or_default()),
+        (Cause::Software, Some(text)) => Start::Ended(LastWords::try_from(text.as_str()).unwrap_or_default()),
         _ => Start::Asked,
     }
 }

@@ -1,9 +1,8 @@
 //! The log: prints the events of the ring over RTT, at the lowest priority.
 
-use base::ports::DateTime;
-use bsp_prime::identity::{Identity, ResetCause};
+use bsp_prime::identity::Identity;
 use bsp_prime::{kept, rtc, time};
-use events::{Cause, Date, Event};
+use events::{DateTime, Event};
 
 /// Position of the log in the ring of events.
 pub struct Told(u32);
@@ -30,19 +29,6 @@ impl Told {
 
 /// Records the first event of this start.
 pub fn record_start(identity: &Identity) {
-    let cause = match identity.reset_cause {
-        ResetCause::PowerOn => Cause::PowerOn,
-        ResetCause::BrownOut => Cause::BrownOut,
-        ResetCause::Pin => Cause::Pin,
-        ResetCause::Software => Cause::Software,
-        ResetCause::Watchdog => Cause::Watchdog,
-        ResetCause::WindowWatchdog | ResetCause::Unknown => Cause::Unknown,
-    };
-    kept::events().record(time::now(), &Event::Started { cause, date: date() });
-}
-
-/// Returns the date, once the clock has been set.
-fn date() -> Option<Date> {
-    let rtc::Reading { year, month, day, hour, minute, second } = rtc::now();
-    (year != DateTime::UNSET.year).then_some(Date { year, month, day, hour, minute, second })
+    let date = Some(rtc::now()).filter(DateTime::is_set);
+    kept::events().record(time::now(), &Event::Started { cause: identity.reset_cause, date });
 }

@@ -1,6 +1,6 @@
 //! The SD card as the machine's storage.
 
-use base::ports::{CardEvent, CardFacts, DateTime, FileTime, StorageError};
+use base::ports::{CardEvent, CardFacts, FileTime, StorageError};
 use base::watchdog::Reporter;
 use bsp_prime::rtc;
 use bsp_prime::sd::CardService;
@@ -200,19 +200,14 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
         }
     }
 }
+
 /// Source of file dates: the clock, once it has been set.
 #[derive(Clone, Copy)]
 pub struct Dated;
 
-/// Returns the date and time of the clock.
-pub fn date() -> DateTime {
-    let rtc::Reading { year, month, day, hour, minute, second } = rtc::now();
-    DateTime { year, month, day, hour, minute, second }
-}
-
 impl TimeSource for Dated {
     fn get_timestamp(&self) -> Timestamp {
-        let FileTime { year, month, day, hour, minute } = date().for_files();
+        let FileTime { year, month, day, hour, minute } = FileTime::of(rtc::now());
         Timestamp {
             // The date must not be before 1980, and months and days are counted from one.
             year_since_1970: (year - 1970) as u8,

@@ -1,5 +1,7 @@
 //! Files, as the machine needs them. Paths are absolute (`/sd/config.ini`) and at most [`PATH_BYTES`] long.
 
+use events::DateTime;
+
 /// Longest path, bytes: as long as the longest line.
 pub const PATH_BYTES: usize = 256;
 /// Longest name in a directory, bytes: FAT allows 255 UTF-16 units, each at most three bytes of UTF-8.
@@ -219,6 +221,13 @@ impl FileTime {
     /// Date of files written here without a clock, as the board keeps no time while it is off (the coin cell
     /// is not fitted).
     pub const NO_CLOCK: Self = Self { year: 2021, month: 5, day: 18, hour: 18, minute: 20 };
+
+    /// Returns the time of a file written at a date. An unset clock says nothing about today.
+    #[must_use]
+    pub const fn of(date: DateTime) -> Self {
+        let DateTime { year, month, day, hour, minute, .. } = date;
+        if date.is_set() { Self { year, month, day, hour, minute } } else { Self::NO_CLOCK }
+    }
 }
 
 /// Entry of a directory.
@@ -329,6 +338,12 @@ pub trait Storage {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_have_the_date_only_when_somebody_has_set_it() {
+        assert_eq!(FileTime::of(DateTime::UNSET), FileTime::NO_CLOCK);
+        assert_eq!(FileTime::of(DateTime { year: 2026, ..DateTime::UNSET }).year, 2026);
+    }
 
     #[test]
     fn every_error_has_words_of_its_own() {

@@ -1,20 +1,18 @@
 //! Date and time: the machine's port to the clock.
 
 use base::ports::{Calendar, DateTime};
-use bsp_prime::rtc::Reading;
+use bsp_prime::rtc;
 use bsp_prime::sd::CardService;
 use rtic::Mutex;
 
 use super::BoardPorts;
-use crate::storage::date;
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Calendar for BoardPorts<M, H, S, T, K> {
     fn date(&self) -> DateTime {
-        date()
+        rtc::now()
     }
 
     fn set_date(&mut self, to: DateTime) -> bool {
-        let DateTime { year, month, day, hour, minute, second } = to;
-        self.owned.rtc.set(Reading { year, month, day, hour, minute, second })
+        self.owned.rtc.set(to)
     }
 }

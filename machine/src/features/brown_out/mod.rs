@@ -182,7 +182,7 @@ fn gone<P: Ports>(
 fn event(date: DateTime, jobs: &Jobs, what: &str) -> ShortText {
     let mut event = ShortText::NONE;
     // Text that does not fit is cut. A clock that nobody has set gives no date.
-    let _ = if date.year > DateTime::UNSET.year { write!(event, "{date}: {what}") } else { write!(event, "{what}") };
+    let _ = if date.is_set() { write!(event, "{date}: {what}") } else { write!(event, "{what}") };
     if let Some(path) = jobs.path() {
         let _ = write!(event, ", in line {} of {path}", jobs.line_now());
     }
