@@ -9,6 +9,7 @@ pub mod bed;
 pub mod bench;
 pub mod brown_out;
 pub mod clock_time;
+mod code_context;
 pub mod failure;
 pub mod falling_supply;
 pub mod grbl;
@@ -37,4 +38,5 @@ pub mod wait;
 pub mod watchdog;
 pub mod world;
 
+pub use code_context::CodeContext;
 pub use world::{Ports, World};

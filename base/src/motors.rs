@@ -6,6 +6,7 @@ use config::MachineConfig;
 use program::Words;
 use units::{Actuator, Amps, Axis};
 
+use crate::CodeContext;
 use crate::axes::{Axes, internal_motors};
 use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
 use crate::ports::{Description, DriverFault, DriversPort, MotionPort, MotorDrivers};
@@ -21,13 +22,9 @@ const LETTERS: &str = "XYZABC";
 /// # Errors
 /// When a letter names no motor, a current is negative, or a motor has no driver that takes it.
 pub fn motor_currents(
-    texts: &Texts,
-    ports: &mut impl DriversPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl DriversPort>,
     axes: &mut Axes,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     if let Some(letter) = words.other_than(LETTERS) {
         let number = words.code().number;
@@ -196,11 +193,7 @@ fn letter_of(motor: Actuator) -> char {
 /// # Errors
 /// As [`named_drivers`].
 pub fn describe_choppers(
-    texts: &Texts,
-    ports: &mut impl DriversPort,
-    config: &MachineConfig,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl DriversPort>,
 ) -> Outcome {
     for motor in Actuator::of_bits(named_drivers(texts, words, config)?) {
         let mut text = heapless::String::<64>::new();
@@ -216,11 +209,7 @@ pub fn describe_choppers(
 /// # Errors
 /// When a word is missing, or the chip does not take it.
 pub fn write_register(
-    texts: &Texts,
-    ports: &mut impl DriversPort,
-    config: &MachineConfig,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl DriversPort>,
 ) -> Outcome {
     let Some(number) = words.get('R') else {
         reply.say(format_args!(
@@ -248,12 +237,8 @@ pub fn write_register(
 /// # Errors
 /// When the chip does not take them.
 pub fn driver_option(
-    texts: &Texts,
-    ports: &mut impl DriversPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl DriversPort>,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     let named = named_drivers(texts, words, config)?;
     let Some(option) = words.get('S').filter(|option| (0.0..=9.0).contains(option)) else {
@@ -288,11 +273,7 @@ pub fn driver_option(
 /// # Errors
 /// When a motor has no driver of ours, or the driver has no such microsteps.
 pub fn microsteps(
-    texts: &Texts,
-    ports: &mut (impl DriversPort + MotionPort),
-    config: &MachineConfig,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl DriversPort + MotionPort>,
 ) -> Outcome {
     for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
         let Some(count) = words.axis(axis) else { continue };
@@ -381,9 +362,10 @@ mod tests {
 
     fn option(bench: &mut BenchHands<()>, line: &str) -> Outcome {
         let mut desk = Desk::new();
-        let mut reply = Reply::new(&mut desk.sessions, crate::sessions::Recipient::All);
+        let reply = &mut Reply::new(&mut desk.sessions, crate::sessions::Recipient::All);
         let (texts, config) = (bench.texts(), bench.config());
-        driver_option(texts, &mut bench.world, config, &mut bench.settings, &words(line), &mut reply)
+        let code = CodeContext { texts, ports: &mut bench.world, config, words: &words(line), reply };
+        driver_option(code, &mut bench.settings)
     }
 
     #[test]
@@ -407,8 +389,9 @@ mod tests {
         let mut desk = Desk::new();
         let mut set = |line: &str| {
             let (texts, config) = (bench.texts(), bench.config());
-            let mut reply = Reply::new(&mut desk.sessions, crate::sessions::Recipient::All);
-            let done = microsteps(texts, &mut bench.world, config, &words(line), &mut reply);
+            let reply = &mut Reply::new(&mut desk.sessions, crate::sessions::Recipient::All);
+            let code = CodeContext { texts, ports: &mut bench.world, config, words: &words(line), reply };
+            let done = microsteps(code);
             let own = bench.motion(|motion| motion.config().copied()).expect("a configuration");
             done.map(|_| own.actuators[Actuator::Alpha].expect("a motor").steps_per_mm)
         };

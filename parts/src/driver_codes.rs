@@ -1,6 +1,7 @@
 //! Codes for drivers as Marlin has them: M569 and M913 (stealthChop), M912 (reported driver troubles), M914
 //! (homing without a switch).
 
+use base::CodeContext;
 use base::failure::{Answer, Failure, Outcome, Texts};
 use base::motors::{named_drivers, not_set};
 use base::ports::{DriverFault, DriversPort, MotorDrivers};
@@ -24,12 +25,7 @@ fn given<'a>(words: &'a Words<'_>, config: &'a MachineConfig) -> impl Iterator<I
 ///
 /// # Errors
 /// When P or a letter names no motor with a driver of ours.
-pub fn forget_told(
-    texts: &Texts,
-    ports: &mut impl SupervisorPort,
-    config: &MachineConfig,
-    words: &Words<'_>,
-) -> Outcome {
+pub fn forget_told(CodeContext { texts, ports, config, words, .. }: CodeContext<'_, impl SupervisorPort>) -> Outcome {
     let named = named_drivers(texts, words, config)?;
     ports.supervisor(|supervisor| Actuator::of_bits(named).for_each(|motor| supervisor.forget_told(motor)));
     Ok(Answer::Ok)
@@ -42,12 +38,8 @@ pub fn forget_told(
 /// When a speed is negative, or a driver refuses it. A driver without stealthChop is reported, and is no
 /// error: the file may be made for other drivers.
 pub fn stealth_thresholds(
-    texts: &Texts,
-    ports: &mut impl DriversPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl DriversPort>,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     if words.is_bare() {
         for (motor, settings) in config.actuators() {
@@ -73,12 +65,8 @@ pub fn stealth_thresholds(
 /// # Errors
 /// As [`stealth_thresholds`]; and when S is missing.
 pub fn stealth_mode(
-    texts: &Texts,
-    ports: &mut impl DriversPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl DriversPort>,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     let Some(on) = words.get('S') else { return Err(Failure::refused(&"M569 takes S1, stealthChop, or S0")) };
     let speed = if on == 0.0 { 0.0 } else { ANY_SPEED };
@@ -176,8 +164,9 @@ gamma.driver = external
         let mut desk = Desk::new();
         let mut set = |bench: &mut BenchHands<()>, line: &str| {
             let (texts, config) = (bench.texts(), bench.config());
-            let mut reply = Reply::new(&mut desk.sessions, base::sessions::Recipient::All);
-            stealth_mode(texts, &mut bench.world, config, &mut bench.settings, &words(line), &mut reply)
+            let reply = &mut Reply::new(&mut desk.sessions, base::sessions::Recipient::All);
+            let code = CodeContext { texts, ports: &mut bench.world, config, words: &words(line), reply };
+            stealth_mode(code, &mut bench.settings)
         };
         assert_eq!(set(&mut bench, "M569 S1 Y"), Ok(Answer::Ok));
         assert_eq!(bench.settings.stealth_thresholds[Actuator::Beta], Some(ANY_SPEED));

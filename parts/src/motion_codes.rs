@@ -3,6 +3,7 @@
 //!
 //! M92 and M900 change what every step means: they are for a machine that stands still.
 
+use base::CodeContext;
 use base::failure::{Answer, Failure, Outcome, Texts};
 use base::needs::failure_of;
 use base::ports::MotionPort;
@@ -331,12 +332,8 @@ pub fn acceleration(texts: &Texts, ports: &mut impl MotionPort, value: f64) -> O
 /// # Errors
 /// When there is no such extruder, or motion refuses the steps; nothing has changed then.
 pub fn steps_per_mm(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl MotionPort>,
     tools: &Tools,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     set_steps_per_mm(texts, ports, config, tools, words)?;
     let settings = ports.motion(|motion| motion.config().copied());
@@ -399,12 +396,8 @@ fn set_steps(
 /// When there is no such extruder, it has no pressure advance, or motion refuses the value; nothing has
 /// changed then.
 pub fn pressure_advance(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl MotionPort>,
     tools: &Tools,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     let tool = tools.named_by(words, if words.has('D') { 'D' } else { 'P' });
     let index = advance_of(tool.map_err(|fault| failure_of(texts, config, &fault, false))?.settings.axis);
@@ -431,7 +424,7 @@ pub fn pressure_advance(
 ///
 /// # Errors
 /// When the kind is not known, or motion refuses the shaper; nothing has changed then.
-pub fn input_shaping(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
+pub fn input_shaping(CodeContext { texts, ports, words, reply, .. }: CodeContext<'_, impl MotionPort>) -> Outcome {
     let mut settings = motion_config(ports)?;
     if words.is_bare() {
         for (axis, shaper) in Axis::PRIMARY.into_iter().zip(settings.filters.shapers) {

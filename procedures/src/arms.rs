@@ -5,8 +5,9 @@ pub mod words;
 
 use core::fmt;
 
+use base::CodeContext;
 use base::axes::Axes;
-use base::failure::{Answer, Failure, Outcome, Texts};
+use base::failure::{Answer, Failure, Outcome};
 use base::ports::MotionPort;
 use base::saved_value::Value;
 use base::sessions::Reply;
@@ -84,7 +85,7 @@ fn report_arms<'c>(hands: &mut impl Hands<'c>, config: &MachineConfig, words: &W
 ///
 /// # Errors
 /// When motion is not configured.
-pub fn motor_positions(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
+pub fn motor_positions(CodeContext { texts, ports, words, .. }: CodeContext<'_, impl MotionPort>) -> Outcome {
     let config = ports.motion(|motion| motion.config().copied());
     let kinematics = config.ok_or_else(|| Failure::refused(&"motion is not configured"))?.kinematics;
     let set = ports.motion(|motion| {
@@ -105,13 +106,9 @@ pub fn motor_positions(texts: &Texts, ports: &mut impl MotionPort, words: &Words
 /// # Errors
 /// When an axis is not homed, or arms home it.
 pub fn home_offsets_from_here(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl MotionPort>,
     axes: &mut Axes,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     let here = ports.motion(|motion| motion.commanded_position());
     let named = || Axis::PRIMARY.into_iter().filter(|axis| words.has(axis.letter()));

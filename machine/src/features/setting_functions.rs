@@ -9,7 +9,7 @@ use base::ports::Clock as _;
 use base::safety::travel::Travel;
 use base::sessions::{Recipient, Reply};
 use base::tuning::Tuning;
-use base::{Ports, World};
+use base::{CodeContext, Ports, World};
 use parts::motion_codes::Limited;
 use parts::z_thermal::Thermal;
 use parts::{driver_codes, heat_codes, motion_codes};
@@ -73,26 +73,21 @@ pub(crate) fn set_standing<'c>(
         return apart(|| autotune::tune_model(&mut hands.sequence(to), words));
     }
     let Settable { program, axes, tuning, world: World { ports, sessions, config, texts }, .. } = hands.settable();
-    let texts = *texts;
-    let reply = &mut Reply::new(sessions, to);
+    let code = CodeContext { texts, ports, config, words, reply: &mut Reply::new(sessions, to) };
     match setting {
-        Standing::Microsteps => motors::microsteps(texts, ports, config, words, reply),
-        Standing::DriverRegister => motors::write_register(texts, ports, config, words, reply),
-        Standing::StealthThresholds => driver_codes::stealth_thresholds(texts, ports, config, tuning, words, reply),
-        Standing::StealthMode => driver_codes::stealth_mode(texts, ports, config, tuning, words, reply),
-        Standing::MotorPositions => {
-            arms::motor_positions(texts, ports, words).inspect(|_| hands.declare_homed(words.axes()))
-        }
-        Standing::HomeOffsetsFromHere => arms::home_offsets_from_here(texts, ports, config, axes, tuning, words, reply),
-        Standing::StepsPerMm => motion_codes::steps_per_mm(texts, ports, config, program.tools(), words, reply),
-        Standing::PressureAdvance => {
-            motion_codes::pressure_advance(texts, ports, config, program.tools(), words, reply)
-        }
-        Standing::InputShaping => motion_codes::input_shaping(texts, ports, words, reply),
+        Standing::Microsteps => motors::microsteps(code),
+        Standing::DriverRegister => motors::write_register(code),
+        Standing::StealthThresholds => driver_codes::stealth_thresholds(code, tuning),
+        Standing::StealthMode => driver_codes::stealth_mode(code, tuning),
+        Standing::MotorPositions => arms::motor_positions(code).inspect(|_| hands.declare_homed(words.axes())),
+        Standing::HomeOffsetsFromHere => arms::home_offsets_from_here(code, axes, tuning),
+        Standing::StepsPerMm => motion_codes::steps_per_mm(code, program.tools()),
+        Standing::PressureAdvance => motion_codes::pressure_advance(code, program.tools()),
+        Standing::InputShaping => motion_codes::input_shaping(code),
         Standing::MotorsOff => {
             let extruder = program.tools().active().map(|tool| tool.settings.axis).filter(|_| words.has('E'));
             let named = extruder.map_or(words.axes(), |axis| words.axes().with(axis));
-            axes.disable(ports, if named.is_empty() && !words.has('E') { AxisSet::ALL } else { named });
+            axes.disable(code.ports, if named.is_empty() && !words.has('E') { AxisSet::ALL } else { named });
             Ok(Answer::Ok)
         }
     }
@@ -125,28 +120,26 @@ pub(crate) fn set<'c>(
 ) -> Outcome {
     let Settable { axes, bed, tuning, thermal, phases, world: World { ports, sessions, config, texts }, .. } =
         hands.settable();
-    let (now, texts) = (ports.now(), *texts);
-    let reply = &mut Reply::new(sessions, to);
+    let now = ports.now();
+    let code = CodeContext { texts, ports, config, words, reply: &mut Reply::new(sessions, to) };
     match setting {
-        Setting::MotorsOn => axes.enable(texts, ports, config, tuning, now).map(ok),
-        Setting::EndstopPhase => endstop_phase::endstop_phase(texts, ports, config, phases, tuning, words, reply),
-        Setting::MotorMilliamps | Setting::MotorAmps => {
-            motors::motor_currents(texts, ports, config, axes, tuning, words, reply)
-        }
-        Setting::ProbeSettings => probing::probe_settings(tuning, words, reply),
-        Setting::ThermalAdjust => thermal.command(words, reply),
-        Setting::ProbePoint => leveling::probe_point(bed, words, reply),
-        Setting::ProbeOffset => leveling::probe_offset(bed, words, reply),
-        Setting::AxisTwist => leveling::axis_twist(bed, words, reply),
-        Setting::MarlinProbeOffset => leveling::marlin_probe_offset(bed, words, reply),
-        Setting::MaximumTemperature => heat_codes::maximum_temperature(texts, ports, config, words, reply),
-        Setting::PidGains => heat_codes::pid_gains(texts, ports, config, words, reply),
-        Setting::HeaterModel => heat_codes::heater_model(texts, ports, config, words, reply),
-        Setting::Sensor => heat_codes::sensors(texts, ports, config, tuning, words, reply),
-        Setting::DriverChopper => motors::describe_choppers(texts, ports, config, words, reply),
-        Setting::DriverOption => motors::driver_option(texts, ports, config, tuning, words, reply),
-        Setting::ForgetDriverTroubles => driver_codes::forget_told(texts, ports, config, words),
-        Setting::HomingThresholds => driver_codes::homing_thresholds(texts, config, tuning, words, reply),
+        Setting::MotorsOn => axes.enable(texts, code.ports, config, tuning, now).map(ok),
+        Setting::EndstopPhase => endstop_phase::endstop_phase(code, phases, tuning),
+        Setting::MotorMilliamps | Setting::MotorAmps => motors::motor_currents(code, axes, tuning),
+        Setting::ProbeSettings => probing::probe_settings(tuning, words, code.reply),
+        Setting::ThermalAdjust => thermal.command(words, code.reply),
+        Setting::ProbePoint => leveling::probe_point(bed, words, code.reply),
+        Setting::ProbeOffset => leveling::probe_offset(bed, words, code.reply),
+        Setting::AxisTwist => leveling::axis_twist(bed, words, code.reply),
+        Setting::MarlinProbeOffset => leveling::marlin_probe_offset(bed, words, code.reply),
+        Setting::MaximumTemperature => heat_codes::maximum_temperature(code),
+        Setting::PidGains => heat_codes::pid_gains(code),
+        Setting::HeaterModel => heat_codes::heater_model(code),
+        Setting::Sensor => heat_codes::sensors(code, tuning),
+        Setting::DriverChopper => motors::describe_choppers(code),
+        Setting::DriverOption => motors::driver_option(code, tuning),
+        Setting::ForgetDriverTroubles => driver_codes::forget_told(code),
+        Setting::HomingThresholds => driver_codes::homing_thresholds(texts, config, tuning, words, code.reply),
     }
 }
 

@@ -1,6 +1,7 @@
 //! M143, M301, M304 and M307: a heater's highest temperature, its PID gains, and its model.
 
-use base::failure::{Answer, Failure, Outcome, Texts};
+use base::CodeContext;
+use base::failure::{Answer, Failure, Outcome};
 use base::ports::HeatPort;
 use base::sessions::Reply;
 use config::{HeaterId, MachineConfig, ToolId};
@@ -14,14 +15,8 @@ use super::named::{bed, heater_of};
 ///
 /// # Errors
 /// When no heater has that id, or its maximum cannot be this.
-pub fn maximum_temperature(
-    texts: &Texts,
-    ports: &mut impl HeatPort,
-    config: &MachineConfig,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
-    change_or_report(texts, ports, config, words, reply, set_maximum, |settings, name, tool_id, reply| {
+pub fn maximum_temperature(code: CodeContext<'_, impl HeatPort>) -> Outcome {
+    change_or_report(code, set_maximum, |settings, name, tool_id, reply| {
         let max = settings.max.0;
         reply.say(format_args!("Maximum temperature for {name}({tool_id}) is {max:.6}\u{b0}C\n"));
     })
@@ -31,14 +26,8 @@ pub fn maximum_temperature(
 ///
 /// # Errors
 /// When no heater has that id, or it has no gains.
-pub fn pid_gains(
-    texts: &Texts,
-    ports: &mut impl HeatPort,
-    config: &MachineConfig,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
-    change_or_report(texts, ports, config, words, reply, set_gains, |settings, name, tool_id, reply| {
+pub fn pid_gains(code: CodeContext<'_, impl HeatPort>) -> Outcome {
+    change_or_report(code, set_gains, |settings, name, tool_id, reply| {
         let max_duty = settings.max_duty.0;
         match settings.law {
             LawSettings::Pid(g) => reply.say(format_args!(
@@ -64,34 +53,22 @@ pub fn pid_gains(
 ///
 /// # Errors
 /// When no heater has that id, or nothing can be controlled with these figures.
-pub fn heater_model(
-    texts: &Texts,
-    ports: &mut impl HeatPort,
-    config: &MachineConfig,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
-    change_or_report(texts, ports, config, words, reply, set_model, |settings, name, tool_id, reply| {
-        match settings.law {
-            LawSettings::Model(ModelSettings { power_w, capacity, loss, fan_loss, late_s, filament_heat }) => {
-                reply.say(format_args!(
+pub fn heater_model(code: CodeContext<'_, impl HeatPort>) -> Outcome {
+    change_or_report(code, set_model, |settings, name, tool_id, reply| match settings.law {
+        LawSettings::Model(ModelSettings { power_w, capacity, loss, fan_loss, late_s, filament_heat }) => {
+            reply.say(format_args!(
                 "{name}(S{tool_id}): P: {power_w:.2} C: {capacity:.4} K: {loss:.5} F: {fan_loss:.5} D: {late_s:.3} H: \
                  {filament_heat:.6}\n"
             ));
-            }
-            _ => reply.say(format_args!("{name}(S{tool_id}): not controlled by a model, see M306\n")),
         }
+        _ => reply.say(format_args!("{name}(S{tool_id}): not controlled by a model, see M306\n")),
     })
 }
 
 /// Reports the setting of every heater without S, that of a single heater with S alone, and changes it with
 /// more words.
 fn change_or_report(
-    texts: &Texts,
-    ports: &mut impl HeatPort,
-    config: &MachineConfig,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl HeatPort>,
     change: fn(&mut HeatControl, &MachineConfig, HeaterId, &Words<'_>) -> bool,
     report: fn(&HeaterSettings, &str, ToolId, &mut Reply<'_>),
 ) -> Outcome {

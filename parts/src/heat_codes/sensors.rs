@@ -2,11 +2,12 @@
 
 use core::fmt::{self, Write};
 
-use base::failure::{Answer, Failure, Outcome, Texts};
+use base::CodeContext;
+use base::failure::{Answer, Failure, Outcome};
 use base::ports::HeatPort;
 use base::sessions::Reply;
 use base::tuning::Tuning;
-use config::{MachineConfig, SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
+use config::{SensorConfig, SensorKind, TemperatureConfig, ThermistorConfig};
 use drivers::thermistor::BUILT_IN;
 use program::Words;
 use thermal::Sensor;
@@ -20,12 +21,8 @@ use super::named::heater_of;
 /// When no heater has that id, the words make no thermistor, or the heater is on: its sensor must not change
 /// meanwhile.
 pub fn sensors(
-    texts: &Texts,
-    ports: &mut impl HeatPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl HeatPort>,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     let Some(id) = heater_of(texts, config, words, 'S')? else {
         for (id, controller) in config.heaters() {

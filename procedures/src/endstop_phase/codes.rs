@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use base::CodeContext;
 use base::failure::{Answer, Failure, Outcome, Texts};
 use base::ports::MotionPort;
 use base::sessions::Reply;
@@ -23,13 +24,9 @@ const FEW: u32 = 5;
 /// # Errors
 /// A refusal where an axis has no phase, or what was collected says nothing.
 pub fn endstop_phase(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
+    CodeContext { texts, ports, config, words, reply }: CodeContext<'_, impl MotionPort>,
     phases: &mut EndstopPhases,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     let code = words.code().subcode;
     let able = checked(config);
