@@ -35,8 +35,8 @@ pub use gcode::realtime::Realtime;
 pub use inputs::{Input, InputLevels};
 pub use rest::{Rest, Wake};
 pub use storage::{
-    CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
-    OpenMode, PATH_BYTES, Storage, StorageError,
+    CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FilesPort, FreeSpace, LIST_CHUNK,
+    NAME_BYTES, OpenMode, PATH_BYTES, Storage, StorageError,
 };
 use thermal::HeatControl;
 pub use thermal::io::{

@@ -54,6 +54,7 @@ const SENSORS: Interrupt = Interrupt::LPTIM3;
 // and is pended.
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true)]
 mod app {
+    use core::marker::PhantomData;
     use core::mem::MaybeUninit;
 
     use base::sessions::Intake;
@@ -375,18 +376,29 @@ mod app {
         }
     }
 
+    /// The executor's locks.
+    struct ExecutorLocks<'a>(PhantomData<&'a ()>);
+
+    impl<'a> ports::Locks for ExecutorLocks<'a> {
+        type Motion = shared_resources::motion_that_needs_to_be_locked<'a>;
+        type Heat = shared_resources::heat_that_needs_to_be_locked<'a>;
+        type Slow = shared_resources::slow_that_needs_to_be_locked<'a>;
+        type Triggers = shared_resources::triggers_that_needs_to_be_locked<'a>;
+        type Card = shared_resources::card_that_needs_to_be_locked<'a>;
+    }
+
     // Runs consoles and executor.
     #[idle(local = [owned, flash], shared = [motion, heat, slow, triggers, card])]
     fn idle(cx: idle::Context) -> ! {
         bsp_prime::memory::paint_main_stack();
         let idle::SharedResources { motion, heat, slow, triggers, card, .. } = cx.shared;
-        let shared = ports::Shared { motion, heat, slow, triggers };
+        let shared = ports::Shared::<ExecutorLocks<'_>> { motion, heat, slow, triggers };
         let wake_planner = || rtic::pend(PLANNER);
         let owned = cx.local.owned;
         // The flash is present, as only this code takes it.
         let Some(flash) = cx.local.flash.take() else { fault::reset_as_asked() };
         let updates = update::start(flash);
         // Made in place on the thread stack, as the ports are large.
-        executor::run(|| BoardPorts::new(owned, updates, card, shared, wake_planner))
+        executor::run(|| BoardPorts::<ExecutorLocks<'_>>::new(owned, updates, card, shared, wake_planner))
     }
 }

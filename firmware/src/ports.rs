@@ -4,8 +4,8 @@
 use core::fmt::Write;
 
 use base::ports::{
-    Ahead, Board, BoardInfo, DriversPort, HeatPort, InputLevels, Inputs, LightPort, MemoryReport, MotionPort, PinPort,
-    PinTaken, Start, StepTimes, Storage, Workspace,
+    Ahead, Board, BoardInfo, DriversPort, FilesPort, HeatPort, InputLevels, Inputs, LightPort, MemoryReport,
+    MotionPort, PinPort, PinTaken, Start, StepTimes, Storage, Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
@@ -41,7 +41,6 @@ use crate::{executor, usb, workspace};
 
 mod calendar;
 mod computer;
-mod files;
 mod rest;
 mod updates;
 
@@ -79,19 +78,34 @@ pub struct Owned {
 }
 
 /// Data that the executor shares with tasks, each behind its RTIC lock.
-pub struct Shared<M, H, S, T> {
-    pub motion: M,
-    pub heat: H,
-    pub slow: S,
-    pub triggers: T,
+pub trait Locks {
+    /// Lock of motion.
+    type Motion: Mutex<T = &'static mut Motion>;
+    /// Lock of heat control and its pins.
+    type Heat: Mutex<T = Heat>;
+    /// Lock of the drivers and their watch.
+    type Slow: Mutex<T = Slow>;
+    /// Lock of the inputs that stop motion.
+    type Triggers: Mutex<T = TriggerInputs>;
+    /// Lock of the card.
+    type Card: Mutex<T = &'static mut CardService>;
+}
+
+/// The locks of all but the card, whose lock is the storage's.
+#[allow(missing_docs, reason = "the locks say what each is")]
+pub struct Shared<L: Locks> {
+    pub motion: L::Motion,
+    pub heat: L::Heat,
+    pub slow: L::Slow,
+    pub triggers: L::Triggers,
 }
 
 /// All ports of the machine.
-pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
+pub struct BoardPorts<L: Locks> {
     owned: &'static mut Owned,
-    storage: CardStorage<K>,
+    storage: CardStorage<L::Card>,
     updates: &'static mut Updates,
-    shared: Shared<M, H, S, T>,
+    shared: Shared<L>,
     /// Whether each auxiliary port is a console. A port that is none swallows its output.
     open: [bool; 2],
     inputs: Vec<(u8, Input), MAX_INPUTS>,
@@ -105,19 +119,13 @@ pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     told: Told,
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> BoardPorts<L> {
     /// Creates the ports; `plan` wakes the planner task.
     pub fn new(
         owned: &'static mut Owned,
         updates: &'static mut Updates,
-        card: K,
-        shared: Shared<M, H, S, T>,
+        card: L::Card,
+        shared: Shared<L>,
         plan: fn(),
     ) -> Self {
         let storage = card_storage(card);
@@ -216,7 +224,15 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Ahead for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> FilesPort for BoardPorts<L> {
+    type Files = CardStorage<L::Card>;
+
+    fn files<R>(&mut self, action: impl FnOnce(&mut Self::Files) -> R) -> R {
+        action(&mut self.storage)
+    }
+}
+
+impl<L: Locks> Ahead for BoardPorts<L> {
     type Workspace = &'static mut Workspace;
 
     fn workspace(&mut self) -> Option<&'static mut Workspace> {
@@ -224,13 +240,7 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Ahead for BoardPorts<M,
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> MotionPort for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> MotionPort for BoardPorts<L> {
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         let (result, waiting) = self.shared.motion.lock(|motion| {
             let result = f(motion);
@@ -247,13 +257,7 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> HeatPort for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> HeatPort for BoardPorts<L> {
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
         self.shared.heat.lock(|heat| f(heat.control))
     }
@@ -263,7 +267,7 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> LightPort for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> LightPort for BoardPorts<L> {
     fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
         match self.strips.get(strip).copied().flatten() {
             Some((timer, channel)) => self.owned.led_sender.send(timer, channel, bytes),
@@ -273,13 +277,7 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> LightPort for BoardPort
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> DriversPort for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> DriversPort for BoardPorts<L> {
     type Drivers = DriverBank;
 
     fn drivers<R>(&mut self, f: impl FnOnce(&mut DriverBank) -> R) -> R {
@@ -291,38 +289,20 @@ where
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> SupervisorPort for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> SupervisorPort for BoardPorts<L> {
     fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
         self.shared.slow.lock(|slow| f(&mut slow.supervisor))
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Inputs for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> Inputs for BoardPorts<L> {
     fn inputs(&self) -> InputLevels {
         let active = self.inputs.iter().filter(|(_, pin)| pin.is_on());
         active.fold(InputLevels::default(), |levels, (number, _)| levels.with_number(*number))
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Consoles for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> Consoles for BoardPorts<L> {
     fn sessions(&self) -> u8 {
         Console::ALL.len() as u8
     }
@@ -355,7 +335,7 @@ where
 /// Owner of a pin under test.
 const BORROWER: &str = "the command gpio";
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> PinPort for BoardPorts<L> {
     fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
         let pins = &mut *self.owned.pins;
         let level = match drive {
@@ -386,13 +366,7 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Board for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> Board for BoardPorts<L> {
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         let mut report = Report::new(report);
         wiring::guards(config, &mut report);

@@ -138,6 +138,10 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
         self.0.lock(|card| card.is_kept())
     }
 
+    fn between_steps(&mut self) {
+        REPORTS.report(Reporter::Executor);
+    }
+
     fn forgive(&mut self) {
         self.0.lock(|card| card.forgive());
     }
@@ -145,7 +149,6 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
     fn facts(&mut self) -> Option<CardFacts> {
         self.0.lock(|card| {
             let State::Ready(info) = card.state() else { return None };
-            let done = card.counters();
             Some(CardFacts {
                 kind: info.kind.name(),
                 name: info.cid.name(),
@@ -153,12 +156,7 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
                 blocks: info.blocks,
                 bus_khz: card.bus_hz() / 1_000,
                 is_protected: info.is_protected,
-                reads: done.reads,
-                writes: done.writes,
-                repeated: done.repeated,
-                damaged: done.damaged,
-                slowest_read_us: done.slowest_read_us,
-                slowest_write_us: done.slowest_write_us,
+                counters: card.counters(),
             })
         })
     }

@@ -60,6 +60,9 @@ pub trait Card {
         Ok(true)
     }
 
+    /// Reports life between the steps of a long change.
+    fn between_steps(&mut self) {}
+
     /// Forgets a write that has failed, once that is known: writes are taken again.
     fn forgive(&mut self) {}
 

@@ -399,6 +399,10 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         self.card(|card| card.is_ready(READY_ROOM))
     }
 
+    fn between_steps(&mut self) {
+        self.card(C::between_steps);
+    }
+
     fn is_kept(&mut self) -> Result<bool, StorageError> {
         self.card(|card| card.is_kept()).map_err(|error| C::reason(&error))
     }

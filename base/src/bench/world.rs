@@ -12,9 +12,9 @@ use units::{Actuator, Celsius, Micros, PerActuator, TICK_NANOSECONDS, Ticks, Vol
 
 use super::{BenchDrivers, Card, Line};
 use crate::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle, HeatPort,
-    Input, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest,
-    Start, StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, Input, InputLevels,
+    Inputs, LightPort, MemoryReport, MotionPort, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Wake,
+    Workspace,
 };
 use crate::sessions::{Consoles, Inbox, SessionId, SessionProfile};
 use crate::supervisor::{Supervisor, SupervisorPort};
@@ -310,53 +310,10 @@ impl EventLog for World {
     }
 }
 
-impl Storage for World {
-    fn mount(&mut self) -> Result<(), StorageError> {
-        self.card.mount()
-    }
+impl FilesPort for World {
+    type Files = Card;
 
-    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        self.card.open(path, mode)
-    }
-
-    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        self.card.read(file, buffer)
-    }
-
-    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        self.card.write(file, bytes)
-    }
-
-    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        self.card.seek(file, offset_bytes)
-    }
-
-    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        self.card.size(file)
-    }
-
-    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
-        self.card.close(file)
-    }
-
-    fn list(
-        &mut self,
-        path: &str,
-        skip: usize,
-        entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
-    ) -> Result<(), StorageError> {
-        self.card.list(path, skip, entries)
-    }
-
-    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        self.card.remove(path)
-    }
-
-    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
-        self.card.make_directory(path)
-    }
-
-    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        self.card.rename(from, to)
+    fn files<R>(&mut self, action: impl FnOnce(&mut Card) -> R) -> R {
+        action(&mut self.card)
     }
 }

@@ -1,5 +1,6 @@
 //! Files, as the machine needs them. Paths are absolute (`/sd/config.ini`) and at most [`PATH_BYTES`] long.
 
+use card::sd::Counters;
 use events::DateTime;
 
 /// Longest path, bytes: as long as the longest line.
@@ -133,7 +134,7 @@ impl StorageError {
     }
 }
 
-/// Data of a card, and its statistics since power-on.
+/// Data of a card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CardFacts {
     /// Type: SDSC, SDHC or SDXC.
@@ -148,18 +149,8 @@ pub struct CardFacts {
     pub bus_khz: u32,
     /// Whether the card takes no writes.
     pub is_protected: bool,
-    /// Number of blocks read.
-    pub reads: u32,
-    /// Number of blocks written.
-    pub writes: u32,
-    /// Transfers that were tried again.
-    pub repeated: u32,
-    /// Repeated transfers because something arrived damaged.
-    pub damaged: u32,
-    /// Longest reading transfer, us.
-    pub slowest_read_us: u32,
-    /// Longest writing transfer, us.
-    pub slowest_write_us: u32,
+    /// Counts since power-on.
+    pub counters: Counters,
 }
 
 /// Count of the free space, in progress.
@@ -333,6 +324,102 @@ pub trait Storage {
     /// Reports life between the steps of a change that takes several, each some block writes of up to a
     /// quarter of a second. A board tells its watchdog.
     fn between_steps(&mut self) {}
+}
+
+/// Ports whose files are in the hands of an owner of their own.
+pub trait FilesPort {
+    /// The owner of the files.
+    type Files: Storage;
+
+    /// Runs an action on the files.
+    fn files<R>(&mut self, action: impl FnOnce(&mut Self::Files) -> R) -> R;
+}
+
+impl<P: FilesPort> Storage for P {
+    fn mount(&mut self) -> Result<(), StorageError> {
+        self.files(Storage::mount)
+    }
+
+    fn forget_card(&mut self) {
+        self.files(Storage::forget_card);
+    }
+
+    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
+        self.files(|files| files.open(path, mode))
+    }
+
+    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+        self.files(|files| files.read(file, buffer))
+    }
+
+    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
+        self.files(|files| files.write(file, bytes))
+    }
+
+    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
+        self.files(|files| files.seek(file, offset_bytes))
+    }
+
+    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
+        self.files(|files| files.size(file))
+    }
+
+    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        self.files(|files| files.close(file))
+    }
+
+    fn list(
+        &mut self,
+        path: &str,
+        skip: usize,
+        entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
+    ) -> Result<(), StorageError> {
+        self.files(|files| files.list(path, skip, entries))
+    }
+
+    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
+        self.files(|files| files.remove(path))
+    }
+
+    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
+        self.files(|files| files.make_directory(path))
+    }
+
+    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
+        self.files(|files| files.rename(from, to))
+    }
+
+    fn read_ahead(&mut self, file: FileHandle) {
+        self.files(|files| files.read_ahead(file));
+    }
+
+    fn is_at_hand(&mut self, file: FileHandle) -> bool {
+        self.files(|files| files.is_at_hand(file))
+    }
+
+    fn is_ready(&mut self) -> bool {
+        self.files(Storage::is_ready)
+    }
+
+    fn is_kept(&mut self) -> Result<bool, StorageError> {
+        self.files(Storage::is_kept)
+    }
+
+    fn card_facts(&mut self) -> Option<CardFacts> {
+        self.files(Storage::card_facts)
+    }
+
+    fn count_free(&mut self, free: &mut FreeSpace) -> Result<bool, StorageError> {
+        self.files(|files| files.count_free(free))
+    }
+
+    fn take_event(&mut self) -> Option<CardEvent> {
+        self.files(Storage::take_event)
+    }
+
+    fn between_steps(&mut self) {
+        self.files(Storage::between_steps);
+    }
 }
 
 #[cfg(test)]

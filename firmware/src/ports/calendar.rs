@@ -2,12 +2,10 @@
 
 use base::ports::{Calendar, DateTime};
 use bsp_prime::rtc;
-use bsp_prime::sd::CardService;
-use rtic::Mutex;
 
-use super::BoardPorts;
+use super::{BoardPorts, Locks};
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Calendar for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> Calendar for BoardPorts<L> {
     fn date(&self) -> DateTime {
         rtc::now()
     }

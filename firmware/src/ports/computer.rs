@@ -5,35 +5,24 @@ use bsp_prime::sd::CardService;
 use bsp_prime::time;
 use card::sd::SdError;
 use config::SystemConfig;
-use motion::Motion;
-use rtic::Mutex;
 use storage::Card;
 use units::Micros;
 
-use super::BoardPorts;
-use crate::heat_io::Heat;
-use crate::slow::Slow;
+use super::{BoardPorts, Locks};
 use crate::storage::Slot;
-use crate::triggers::TriggerInputs;
 use crate::{disk, usb};
 
 /// Time of silence on the bus after which the computer has gone, or sleeps soundly. Shorter silences have
 /// harmless causes: a hub that is reset, a cable that is put in anew.
 const GONE_US: u64 = 5_000_000;
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> BoardPorts<M, H, S, T, K> {
+impl<L: Locks> BoardPorts<L> {
     fn service<R>(&mut self, action: impl FnOnce(&mut CardService) -> R) -> R {
         self.storage.card(|slot| slot.with(action))
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Usb for BoardPorts<M, H, S, T, K>
-where
-    M: Mutex<T = &'static mut Motion>,
-    H: Mutex<T = Heat>,
-    S: Mutex<T = Slow>,
-    T: Mutex<T = TriggerInputs>,
-{
+impl<L: Locks> Usb for BoardPorts<L> {
     fn connect(&mut self, system: &SystemConfig) -> Result<(), &'static str> {
         self.owned.usb.take().map_or(Ok(()), |(socket, unique_id)| usb::connect(socket, unique_id, system))
     }
@@ -45,7 +34,7 @@ where
         if !self.is_kept().map_err(NotLent::Storage)? {
             return Ok(false);
         }
-        let reason = |error: SdError| NotLent::Storage(<Slot<K> as Card>::reason(&error));
+        let reason = |error: SdError| NotLent::Storage(<Slot<L::Card> as Card>::reason(&error));
         if !self.service(CardService::lend).map_err(reason)? {
             return Ok(false);
         }

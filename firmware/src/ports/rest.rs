@@ -2,22 +2,20 @@
 
 use base::ports::{Clock, EventLog, Rest, Wake};
 use bsp_prime::kept;
-use bsp_prime::sd::CardService;
 use bsp_prime::time;
 use events::EventRing;
-use rtic::Mutex;
 use units::Micros;
 
-use super::BoardPorts;
+use super::{BoardPorts, Locks};
 use crate::{executor, usb};
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Clock for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> Clock for BoardPorts<L> {
     fn now(&self) -> Micros {
         time::now()
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Rest for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> Rest for BoardPorts<L> {
     fn rest(&mut self, wake: Wake) {
         // The log is told of what is new in the ring, and USB of room for packets that wait.
         self.told.tell();
@@ -26,7 +24,7 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Rest for BoardPorts<M, 
     }
 }
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> EventLog for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> EventLog for BoardPorts<L> {
     fn events(&self) -> EventRing<'_> {
         kept::events()
     }

@@ -2,12 +2,10 @@
 
 use base::ports::{Firmware, FirmwareId, Flaw, Running, Updates};
 use bsp_prime::boot_request;
-use bsp_prime::sd::CardService;
-use rtic::Mutex;
 
-use super::BoardPorts;
+use super::{BoardPorts, Locks};
 
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Updates for BoardPorts<M, H, S, T, K> {
+impl<L: Locks> Updates for BoardPorts<L> {
     fn running(&mut self) -> Running {
         self.updates.running()
     }

@@ -24,12 +24,15 @@ pub fn card<'c>(hands: &mut impl Hands<'c>) -> Outcome {
         bus_khz % 1_000 / 100
     ));
     hands.say(format_args!("{}\n", if is_protected { ", write-protected" } else { "" }));
-    let CardFacts { reads, writes, repeated, damaged, slowest_read_us, slowest_write_us, .. } = facts;
+    let done = facts.counters;
     hands.say(format_args!(
-        "blocks read {reads}, written {writes}; transfers repeated {repeated}, damaged {damaged}; the slowest read {} ms, \
-         write {} ms\n",
-        slowest_read_us / 1_000,
-        slowest_write_us / 1_000
+        "blocks read {}, written {}; transfers repeated {}, damaged {}; the slowest read {} ms, write {} ms\n",
+        done.reads,
+        done.writes,
+        done.repeated,
+        done.damaged,
+        done.slowest_read_us / 1_000,
+        done.slowest_write_us / 1_000
     ));
     let mut free = FreeSpace::default();
     loop {

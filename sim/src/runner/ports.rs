@@ -3,9 +3,9 @@
 use std::rc::Rc;
 
 use base::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest, Start,
-    StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, InputLevels,
+    Inputs, LightPort, MemoryReport, MotionPort, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Wake,
+    Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
@@ -20,6 +20,7 @@ use units::{Celsius, Micros, Volts};
 use super::bank::{self, Bank};
 use super::sensors::Sensors;
 use super::shared::Shared;
+use super::storage::Card;
 use super::{pins, tasks};
 
 /// Ports that the controller owns.
@@ -242,57 +243,10 @@ fn later(date: DateTime, seconds: u64) -> DateTime {
     }
 }
 
-impl Storage for HostPorts<'_> {
-    fn between_steps(&mut self) {
-        self.shared.card.borrow_mut().seen();
-    }
+impl FilesPort for HostPorts<'_> {
+    type Files = Card;
 
-    fn mount(&mut self) -> Result<(), StorageError> {
-        self.shared.card.borrow_mut().mount()
-    }
-
-    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        self.shared.card.borrow_mut().open(path, mode)
-    }
-
-    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        self.shared.card.borrow_mut().read(file, buffer)
-    }
-
-    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        self.shared.card.borrow_mut().write(file, bytes)
-    }
-
-    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        self.shared.card.borrow_mut().seek(file, offset_bytes)
-    }
-
-    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        self.shared.card.borrow_mut().size(file)
-    }
-
-    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
-        self.shared.card.borrow_mut().close(file)
-    }
-
-    fn list(
-        &mut self,
-        path: &str,
-        skip: usize,
-        entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
-    ) -> Result<(), StorageError> {
-        self.shared.card.borrow().list(path, skip, entries)
-    }
-
-    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        self.shared.card.borrow_mut().remove(path)
-    }
-
-    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
-        self.shared.card.borrow().make_directory(path)
-    }
-
-    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        self.shared.card.borrow_mut().rename(from, to)
+    fn files<R>(&mut self, action: impl FnOnce(&mut Card) -> R) -> R {
+        action(&mut self.shared.card.borrow_mut())
     }
 }

@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use base::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, StorageError};
+use base::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, Storage, StorageError};
 use card::fat::{is_legal_name, same_name, stripped};
 
 /// Number of files that can be open at once, as on the board.
@@ -192,14 +192,22 @@ impl Card {
         self.open.iter_mut().filter(|slot| slot.as_ref().is_some_and(is_beside)).for_each(|slot| *slot = None);
     }
 
-    /// Mounts the card, or fails as its state says.
-    pub fn mount(&mut self) -> Result<(), StorageError> {
+    fn opened(&mut self, file: FileHandle) -> Result<&mut Open, StorageError> {
+        self.open.get_mut(usize::from(file.0)).and_then(Option::as_mut).ok_or(StorageError::NotFound)
+    }
+
+    fn file(&mut self, file: FileHandle) -> Result<&mut File, StorageError> {
+        Ok(&mut self.opened(file)?.file)
+    }
+}
+
+impl Storage for Card {
+    fn mount(&mut self) -> Result<(), StorageError> {
         self.open = Default::default();
         self.usable()
     }
 
-    /// Opens a file of the folder.
-    pub fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
+    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
         self.inside(path)?;
         let slots = if mode == OpenMode::Beside { OPEN_FILES..OPEN_FILES + BESIDE } else { 0..OPEN_FILES };
         let slot = self.open[slots.clone()].iter().position(Option::is_none).ok_or(StorageError::TooManyOpen)?;
@@ -230,16 +238,7 @@ impl Card {
         Ok(FileHandle(slot as u8))
     }
 
-    fn opened(&mut self, file: FileHandle) -> Result<&mut Open, StorageError> {
-        self.open.get_mut(usize::from(file.0)).and_then(Option::as_mut).ok_or(StorageError::NotFound)
-    }
-
-    fn file(&mut self, file: FileHandle) -> Result<&mut File, StorageError> {
-        Ok(&mut self.opened(file)?.file)
-    }
-
-    /// Reads on from the file's position; returns the number of bytes.
-    pub fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
+    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
         match self.state {
             CardState::Unreadable => return Err(StorageError::Device),
             CardState::Missing => return Err(StorageError::NotResponding),
@@ -248,8 +247,7 @@ impl Card {
         self.file(file)?.read(buffer).map_err(|error| translate(&error))
     }
 
-    /// Writes at the file's position.
-    pub fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
+    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
         let open = self.opened(file)?;
         if matches!(open.mode, OpenMode::Read | OpenMode::Beside) && !bytes.is_empty() {
             return Err(StorageError::ReadOnly);
@@ -265,8 +263,7 @@ impl Card {
         self.file(file)?.write_all(bytes).map_err(|error| translate(&error))
     }
 
-    /// Sets the file's position.
-    pub fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
+    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
         if offset_bytes > self.size(file)? {
             return Err(StorageError::BadPath);
         }
@@ -274,14 +271,12 @@ impl Card {
         moved.map(drop).map_err(|error| translate(&error))
     }
 
-    /// Returns the size of a file, bytes.
-    pub fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
+    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
         let facts = self.file(file)?.metadata().map_err(|error| translate(&error))?;
         u32::try_from(facts.len()).map_err(|_| StorageError::Unsupported)
     }
 
-    /// Closes a file.
-    pub fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
         let slot = self.open.get_mut(usize::from(file.0)).ok_or(StorageError::NotFound)?;
         let closed = slot.take().ok_or(StorageError::NotFound)?;
         if closed.mode == OpenMode::Write {
@@ -290,9 +285,8 @@ impl Card {
         Ok(())
     }
 
-    /// Lists entries of a directory, sorted, from the `skip`th on.
-    pub fn list(
-        &self,
+    fn list(
+        &mut self,
         path: &str,
         skip: usize,
         entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
@@ -322,8 +316,7 @@ impl Card {
         Ok(())
     }
 
-    /// Removes a file or an empty directory.
-    pub fn remove(&mut self, path: &str) -> Result<(), StorageError> {
+    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
         let place = self.closed(path)?;
         self.goes_unseen(FOLDER_WRITES);
         self.forget_beside(&place);
@@ -331,13 +324,11 @@ impl Card {
         removed.map_err(|error| translate(&error))
     }
 
-    /// Makes a directory.
-    pub fn make_directory(&self, path: &str) -> Result<(), StorageError> {
+    fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
         fs::create_dir(self.new_place(path, None)?).map_err(|error| translate(&error))
     }
 
-    /// Renames a file or a directory.
-    pub fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
+    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
         let from = self.closed(from)?;
         self.goes_unseen(FOLDER_WRITES);
         self.forget_beside(&from);
@@ -350,6 +341,10 @@ impl Card {
             }
         }
         Ok(())
+    }
+
+    fn between_steps(&mut self) {
+        self.seen();
     }
 }
 
