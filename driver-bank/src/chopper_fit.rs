@@ -15,21 +15,6 @@ const ON_BOARD_CLOCK_HZ: f32 = 15e6;
 const BLANK_TIMES: [BlankTime; 4] =
     [BlankTime::Clocks16, BlankTime::Clocks24, BlankTime::Clocks36, BlankTime::Clocks54];
 
-fn fitted(coil: Coil, by: Regulated) -> Option<ChopperFit> {
-    let fit = tmc::Coil { resistance: coil.resistance, henries: coil.henries }.chopper(by)?;
-    Some(ChopperFit {
-        off_time: fit.off_time,
-        blank_clocks: by.blank_clocks,
-        hysteresis_start: fit.hysteresis_start,
-        hysteresis_end: fit.hysteresis_end,
-        needed: fit.needed,
-        off_s: fit.off_s,
-        blank_s: fit.blank_s,
-        rise: fit.rise,
-        fall: fit.fall,
-    })
-}
-
 /// Fits the chopper of an on-board driver to a coil and its supply.
 pub fn on_board<SPI: SpiDevice>(
     chip: &mut Driver<SPI>,
@@ -45,7 +30,7 @@ pub fn on_board<SPI: SpiDevice>(
         clock_hz: ON_BOARD_CLOCK_HZ,
         blank_clocks: blank_time.clocks(),
     };
-    let Some(fit) = fitted(coil, by) else { return Ok(None) };
+    let Some(fit) = by.chopper(coil) else { return Ok(None) };
     let chopper = Chopper::SpreadCycle {
         off_time: fit.off_time,
         blank_time,
@@ -71,7 +56,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
             clock_hz: kind.clock_hz(),
             blank_clocks: kind.blank_clocks(settings.blank_time),
         };
-        let Some(fit) = fitted(coil, by) else { return Ok(None) };
+        let Some(fit) = by.chopper(coil) else { return Ok(None) };
         let set = StealthSettings {
             off_time: fit.off_time,
             hysteresis_start: fit.hysteresis_start,

@@ -11,8 +11,7 @@ use core::fmt::Arguments;
 use base::own_frame::apart;
 use config::MachineConfig;
 use motion::geometry::{
-    Arc, ArcError, ArcParts, ArcShape, Bezier, Chords, ControlPoint, Line, LineSettings, MOST_POINTS, Nurbs,
-    ParametricCurve, SplineMoves,
+    Arc, ArcError, ArcParts, ArcShape, Bezier, Chords, Line, LineSettings, Nurbs, ParametricCurve, SplineMoves,
 };
 use motion::path::{Bounds, Curve};
 use motion::{Corner, Mode, Tag};
@@ -102,10 +101,7 @@ pub fn draw<D: Draws>(
             apart(|| drawing.spline(Bezier::quadratic(points)).map(Pieces::Bezier))
         }
         Shape::Nurbs { order } => apart(|| {
-            let point = |p: &program::ControlPoint| ControlPoint { x: p.x, y: p.y, weight: p.weight };
-            let points: heapless::Vec<ControlPoint, MOST_POINTS> =
-                drawing.by.program().control_points().iter().map(point).collect();
-            let Some(nurbs) = Nurbs::new(&points, usize::from(order)) else {
+            let Some(nurbs) = Nurbs::new(drawing.by.program().control_points(), usize::from(order)) else {
                 let text = "the spline's order and its control points do not fit";
                 return Err(drawing.by.wrong(format_args!("{text}")));
             };

@@ -305,20 +305,6 @@ pub enum Corner {
     Rounded(Option<f64>),
 }
 
-/// Greatest number of control points of a NURBS.
-pub const MOST_POINTS: usize = 32;
-
-/// A control point of a NURBS.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControlPoint {
-    /// X of the machine position, mm.
-    pub x: f64,
-    /// Y of the machine position, mm.
-    pub y: f64,
-    /// Weight of the point, above zero.
-    pub weight: f64,
-}
-
 /// Change of the probe's contact that ends a probing move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {

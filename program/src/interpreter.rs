@@ -3,9 +3,9 @@
 
 use gcode::Code;
 use heapless::{Deque, Vec};
-use units::{Axis, MmPerSecond, PerAxis};
+use units::{Axis, ControlPoint, MmPerSecond, PerAxis};
 
-use crate::action::{Action, ControlPoint, Corner, Effect, Move, Rate, Shape};
+use crate::action::{Action, Corner, Effect, Move, Rate, Shape};
 use crate::auxiliary::Spindle;
 use crate::claims::{Claim, MOST_CLAIMS};
 use crate::cycles::{Cycles, LeftHole, Series, ToCome};

@@ -57,8 +57,8 @@ mod words;
 mod words_not_taken;
 
 pub use action::{
-    Action, AwaitInput, Centre, Contact, ControlPoint, Corner, Effect, InputEvent, MOST_POINTS, Move, Pause,
-    ProbeAlong, ProbeDown, Rate, Shape, Turning,
+    Action, AwaitInput, Centre, Contact, Corner, Effect, InputEvent, Move, Pause, ProbeAlong, ProbeDown, Rate, Shape,
+    Turning,
 };
 pub use auxiliary::{Auxiliary, Spindle};
 pub use claims::{Claim, Claims};

@@ -1,8 +1,7 @@
 //! State of splines between lines: data of G5 and G5.2 for later lines.
 
 use heapless::Vec;
-
-use crate::action::{ControlPoint, MOST_POINTS};
+use units::{ControlPoint, MOST_CONTROL_POINTS};
 
 /// State that a spline needs from earlier lines.
 #[derive(Clone, Debug, Default)]
@@ -13,7 +12,7 @@ pub(crate) struct Splines {
     /// Order of the NURBS whose control points are being read.
     pub open: Option<u8>,
     /// Control points of the current or last NURBS, kept until the next begins.
-    pub points: Vec<ControlPoint, MOST_POINTS>,
+    pub points: Vec<ControlPoint, MOST_CONTROL_POINTS>,
 }
 
 impl Splines {

@@ -4,7 +4,7 @@
 use crate::register::{ChopConf, SmartEn};
 
 mod fit;
-pub use fit::{ChopperFit, Coil, Regulated};
+pub use fit::Regulated;
 
 /// A setting the chip cannot take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -45,7 +45,7 @@ pub mod register;
 mod status;
 pub mod stealth;
 
-pub use chopper::{BlankTime, Chopper, ChopperFit, Coil, CoolStep, HysteresisDecrement, Regulated, SettingError};
+pub use chopper::{BlankTime, Chopper, CoolStep, HysteresisDecrement, Regulated, SettingError};
 pub use current::{CurrentFit, CurrentSetting, current_setting};
 pub use driver::{Driver, Error, Microsteps, StallGuard, StepInput};
 pub use status::{Diagnostics, ReadSelect, Reading, Status, Temperature};

@@ -12,6 +12,6 @@ mod spline;
 pub use arc::{Arc, ArcError, ArcParts, ArcShape, MOST_TURNS};
 pub use chords::Chords;
 pub use line::Line;
-pub use nurbs::{ControlPoint, MOST_POINTS, Nurbs, ORDERS};
+pub use nurbs::{Nurbs, ORDERS};
 pub use spline::{Bezier, ParametricCurve, SplineMoves};
 pub use units::{ArcSettings, LineSettings, Plane};

@@ -5,30 +5,19 @@
 //! of it is drawn as the cubic with the same ends and derivatives, where that is nowhere off by more than
 //! [`DRAWN_WITHIN`]; for polynomial splines up to the third degree it is the same curve.
 
+use units::{ControlPoint, MOST_CONTROL_POINTS};
+
 use super::ParametricCurve;
 
-/// Control points at most.
-pub const MOST_POINTS: usize = 32;
 /// Orders: 2 is a polygon, 3 bends like a parabola, 4 like a cubic.
 pub const ORDERS: core::ops::RangeInclusive<usize> = 2..=6;
 /// Greatest distance of a cubic from the curve it stands for, mm.
 const DRAWN_WITHIN: f64 = 1e-5;
 
-/// A point with its weight.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ControlPoint {
-    /// Machine X of the point, mm.
-    pub x: f64,
-    /// Machine Y of the point, mm.
-    pub y: f64,
-    /// Weight: strength with which the point attracts the curve, above zero.
-    pub weight: f64,
-}
-
 /// A level curve of this kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nurbs {
-    points: [ControlPoint; MOST_POINTS],
+    points: [ControlPoint; MOST_CONTROL_POINTS],
     count: usize,
     order: usize,
 }
@@ -46,11 +35,11 @@ impl Nurbs {
     /// many, the order is none of [`ORDERS`], or a weight is not above zero.
     #[must_use]
     pub fn new(given: &[ControlPoint], order: usize) -> Option<Self> {
-        let fits = ORDERS.contains(&order) && given.len() >= order && given.len() <= MOST_POINTS;
+        let fits = ORDERS.contains(&order) && given.len() >= order && given.len() <= MOST_CONTROL_POINTS;
         if !fits || given.iter().any(|point| !(point.weight.is_finite() && point.weight > 0.0)) {
             return None;
         }
-        let mut points = [ControlPoint::default(); MOST_POINTS];
+        let mut points = [ControlPoint::default(); MOST_CONTROL_POINTS];
         points.iter_mut().zip(given).for_each(|(slot, point)| *slot = *point);
         Some(Self { points, count: given.len(), order })
     }
@@ -153,7 +142,7 @@ mod tests {
         let points = [point(0.0, 0.0, 1.0); 3];
         assert!(Nurbs::new(&points, 4).is_none() && Nurbs::new(&points, 1).is_none());
         assert!(Nurbs::new(&[point(0.0, 0.0, 0.0); 3], 3).is_none());
-        assert!(Nurbs::new(&[point(0.0, 0.0, 1.0); MOST_POINTS + 1], 3).is_none());
+        assert!(Nurbs::new(&[point(0.0, 0.0, 1.0); MOST_CONTROL_POINTS + 1], 3).is_none());
     }
 
     /// The definition: a weighted sum of the basis functions of Cox and de Boor.

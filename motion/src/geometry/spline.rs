@@ -214,11 +214,12 @@ impl<S: ParametricCurve + Copy> Iterator for SplineMoves<S> {
 mod tests {
     use super::*;
     use crate::{
-        geometry::{ControlPoint, Nurbs},
+        geometry::Nurbs,
         path::{EVEN_WITHIN, Path},
     };
     use proptest::prelude::*;
     use std::vec::Vec;
+    use units::ControlPoint;
 
     fn at([x, y, z]: Vector) -> PerAxis<f64> {
         PerAxis([x, y, z, 0.0, 0.0, 0.0])

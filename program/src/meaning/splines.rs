@@ -5,9 +5,9 @@
 
 use core::ops::RangeInclusive;
 
-use units::{Axis, Plane};
+use units::{Axis, ControlPoint, MOST_CONTROL_POINTS, Plane};
 
-use crate::action::{ControlPoint, Shape};
+use crate::action::Shape;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
@@ -95,7 +95,7 @@ pub(crate) fn control_point<'b>(program: &mut Interpreter, words: &Words<'b>) ->
         let point = ControlPoint { x, y, weight };
         if program.splines.points.push(point).is_err() {
             program.splines.open = None;
-            return Err(Problem::ControlPoints(crate::action::MOST_POINTS).alarm(words.column()));
+            return Err(Problem::ControlPoints(MOST_CONTROL_POINTS).alarm(words.column()));
         }
     }
     NOTHING

@@ -15,16 +15,7 @@
 //! The blanking time is an input: it covers the ringing after a switching event, which does not depend on
 //! coil and supply.
 
-use units::{Amps, Ohms, Volts};
-
-/// Data sheet figures of one motor coil.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coil {
-    /// Resistance of the coil.
-    pub resistance: Ohms,
-    /// Inductance of the coil, henry.
-    pub henries: f32,
-}
+use units::{Amps, ChopperFit, Coil, Volts};
 
 /// Supply, target current and chip settings under which a coil is driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,27 +32,6 @@ pub struct Regulated {
     pub blank_clocks: u8,
 }
 
-/// Off time and hysteresis for a coil, with the intermediate results of their calculation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChopperFit {
-    /// Register value of `TOFF`.
-    pub off_time: u8,
-    /// Hysteresis start, `HSTRT` + 1.
-    pub hysteresis_start: u8,
-    /// Hysteresis end, `HEND` - 3.
-    pub hysteresis_end: i8,
-    /// Exact sum of hysteresis start and end, before rounding and clamping.
-    pub needed: f32,
-    /// Time of one slow decay, s.
-    pub off_s: f32,
-    /// Blanking time of the comparator, s.
-    pub blank_s: f32,
-    /// Rise of the current while the comparator is blanked.
-    pub rise: Amps,
-    /// Fall of the current in two slow decays.
-    pub fall: Amps,
-}
-
 /// Chopper frequency above the audible range, Hz.
 const CYCLES_HZ: f32 = 25_000.0;
 /// Share of one slow decay in a chopper cycle: the two together take half of it.
@@ -76,24 +46,24 @@ const STARTS: [i32; 2] = [1, 8];
 const MOST_HYSTERESIS: i32 = 15;
 const LEAST_END: i32 = -3;
 
-impl Coil {
-    /// Computes the chopper for this coil; `None` if the supply cannot drive the current through the
+impl Regulated {
+    /// Computes the chopper for a coil; `None` if the supply cannot drive the current through the
     /// resistance, or if a figure is not positive and finite.
     #[must_use]
-    pub fn chopper(self, by: Regulated) -> Option<ChopperFit> {
-        let figures = [self.resistance.0, self.henries, by.supply.0, by.peak.0, by.clock_hz];
+    pub fn chopper(self, coil: Coil) -> Option<ChopperFit> {
+        let figures = [coil.resistance.0, coil.henries, self.supply.0, self.peak.0, self.clock_hz];
         let are_figures = figures.into_iter().all(|figure| figure > 0.0 && figure.is_finite());
-        if !are_figures || by.peak.0 * self.resistance.0 >= by.supply.0 {
+        if !are_figures || self.peak.0 * coil.resistance.0 >= self.supply.0 {
             return None;
         }
-        let exact = (SLOW_DECAY / CYCLES_HZ * by.clock_hz - OFF_LEAST_CLOCKS) / OFF_CLOCKS;
+        let exact = (SLOW_DECAY / CYCLES_HZ * self.clock_hz - OFF_LEAST_CLOCKS) / OFF_CLOCKS;
         let [least, most] = OFF_TIMES;
         let off_time = (exact + 0.5).clamp(least, most) as u8;
-        let off_s = (OFF_LEAST_CLOCKS + OFF_CLOCKS * f32::from(off_time)) / by.clock_hz;
-        let blank_s = f32::from(by.blank_clocks) / by.clock_hz;
-        let rise = by.supply.0 * blank_s / self.henries;
-        let fall = self.resistance.0 * by.peak.0 * 2.0 * off_s / self.henries;
-        let needed = 0.5 + (rise + fall) * 2.0 * 248.0 * (f32::from(by.cs) + 1.0) / 32.0 / by.peak.0 - 8.0;
+        let off_s = (OFF_LEAST_CLOCKS + OFF_CLOCKS * f32::from(off_time)) / self.clock_hz;
+        let blank_s = f32::from(self.blank_clocks) / self.clock_hz;
+        let rise = self.supply.0 * blank_s / coil.henries;
+        let fall = coil.resistance.0 * self.peak.0 * 2.0 * off_s / coil.henries;
+        let needed = 0.5 + (rise + fall) * 2.0 * 248.0 * (f32::from(self.cs) + 1.0) / 32.0 / self.peak.0 - 8.0;
         // Rounds up, as less hysteresis would not regulate; a float to integer cast saturates.
         let rounded = needed as i32;
         let whole = (rounded + i32::from(needed > rounded as f32)).clamp(STARTS[0] + LEAST_END, MOST_HYSTERESIS);
@@ -101,6 +71,7 @@ impl Coil {
         let start = whole.clamp(STARTS[0], STARTS[1]);
         Some(ChopperFit {
             off_time,
+            blank_clocks: self.blank_clocks,
             hysteresis_start: start as u8,
             hysteresis_end: (whole - start) as i8,
             needed,
@@ -116,6 +87,7 @@ impl Coil {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use units::Ohms;
 
     const USUAL: Regulated =
         Regulated { supply: Volts(24.0), peak: Amps(1.41), cs: 19, clock_hz: 12e6, blank_clocks: 18 };
@@ -125,7 +97,7 @@ mod tests {
     /// Ohm * 1.41 A * 2 * 10 us / 7.5 mH = 16.9 mA; 0.5 + 21.7 mA * 496 * 20 / 32 / 1.41 A - 8 = -2.73.
     #[test]
     fn the_equations_worked_out_by_hand() {
-        let fit = COIL.chopper(USUAL).expect("a chopper");
+        let fit = USUAL.chopper(COIL).expect("a chopper");
         assert_eq!(fit.off_time, 3);
         assert!((fit.off_s - 10e-6).abs() < 1e-9 && (fit.blank_s - 1.5e-6).abs() < 1e-9);
         assert!((fit.rise.0 - 4.8e-3).abs() < 1e-5, "{}", fit.rise);
@@ -135,8 +107,8 @@ mod tests {
         // 1.8 mH, 1.2 Ohm, 2 A at full scale of a TMC2590's 15 MHz, 54 clocks: 150 clocks, (150 - 24) / 32 =
         // 3.9.
         let coil = Coil { resistance: Ohms(1.2), henries: 1.8e-3 };
-        let fit = coil.chopper(Regulated { peak: Amps(2.0), cs: 31, clock_hz: 15e6, blank_clocks: 54, ..USUAL });
-        let fit = fit.expect("a chopper");
+        let by = Regulated { peak: Amps(2.0), cs: 31, clock_hz: 15e6, blank_clocks: 54, ..USUAL };
+        let fit = by.chopper(coil).expect("a chopper");
         assert_eq!(fit.off_time, 4);
         // 24 V * 3.6 us / 1.8 mH = 48 mA; 1.2 Ohm * 2 A * 2 * 10.13 us / 1.8 mH = 27 mA; 0.5 + 75 mA * 496 /
         // 2 A
@@ -147,9 +119,9 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_none() {
-        assert_eq!(COIL.chopper(Regulated { supply: Volts(6.0), ..USUAL }), None, "6.3 V across the coil alone");
-        assert_eq!(Coil { henries: 0.0, ..COIL }.chopper(USUAL), None);
-        assert_eq!(Coil { resistance: Ohms(f32::NAN), ..COIL }.chopper(USUAL), None);
+        assert_eq!(Regulated { supply: Volts(6.0), ..USUAL }.chopper(COIL), None, "6.3 V across the coil alone");
+        assert_eq!(USUAL.chopper(Coil { henries: 0.0, ..COIL }), None);
+        assert_eq!(USUAL.chopper(Coil { resistance: Ohms(f32::NAN), ..COIL }), None);
     }
 
     proptest! {
@@ -161,7 +133,7 @@ mod tests {
         ) {
             let by = Regulated { supply: Volts(volts), peak: Amps(amps), cs, clock_hz: 15e6, blank_clocks: clocks };
             let coil = Coil { resistance: Ohms(ohms), henries: millihenries * 1e-3 };
-            if let Some(fit) = coil.chopper(by) {
+            if let Some(fit) = by.chopper(coil) {
                 let chopper = crate::Chopper::SpreadCycle {
                     off_time: fit.off_time,
                     blank_time: crate::BlankTime::from_clocks(clocks).unwrap(),
@@ -173,7 +145,7 @@ mod tests {
                 prop_assert!(chopper.register().is_ok(), "{fit:?}");
                 let total = i32::from(fit.hysteresis_start) + i32::from(fit.hysteresis_end);
                 prop_assert!(f64::from(total) >= f64::from(fit.needed) || total == MOST_HYSTERESIS);
-                let other = Coil { henries: coil.henries / 2.0, ..coil }.chopper(by).unwrap();
+                let other = by.chopper(Coil { henries: coil.henries / 2.0, ..coil }).unwrap();
                 prop_assert!(other.needed >= fit.needed);
             }
         }
