@@ -8,20 +8,9 @@ use config::{BoardId, Diagnostic};
 
 use crate::colour;
 
-/// The two boards there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Drivers {
-    Tmc2590,
-    Tmc2660,
-}
-
 /// Prints the findings; whether everything of the machine works.
-pub fn check(path: &Path, json: bool, deny_warnings: bool, board: Drivers) -> Result<bool> {
+pub fn check(path: &Path, json: bool, deny_warnings: bool, board: BoardId) -> Result<bool> {
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let board = match board {
-        Drivers::Tmc2590 => BoardId::Prime2590,
-        Drivers::Tmc2660 => BoardId::Prime2660,
-    };
     let mut findings: Vec<Diagnostic> = Vec::new();
     let (_, summary) = config::parse(&bytes, board, &mut findings);
     let (file, text) = (path.display().to_string(), String::from_utf8_lossy(&bytes));

@@ -44,8 +44,8 @@ enum Command {
         #[arg(long)]
         deny_warnings: bool,
         /// Which drivers the board has: they decide some defaults
-        #[arg(long, value_enum, default_value_t = check::Drivers::Tmc2590)]
-        board: check::Drivers,
+        #[arg(long, value_enum, default_value_t)]
+        board: run::Chip,
     },
     /// Print what a G-code program asks of a machine, one action a line; exits 2 at a line that cannot be
     /// carried out
@@ -140,7 +140,7 @@ fn main() -> ExitCode {
 fn run(command: Command) -> Result<ExitCode> {
     match command {
         Command::Check { file, json, deny_warnings, board } => {
-            Ok(success(check::check(&file, json, deny_warnings, board)?))
+            Ok(success(check::check(&file, json, deny_warnings, board.board())?))
         }
         Command::Actions { file, tools } => actions::print(&file, tools.as_deref()).map(|()| ExitCode::SUCCESS),
         Command::Preflight(options) => Ok(success(preflight::preflight(&options)?)),

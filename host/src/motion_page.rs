@@ -6,13 +6,13 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, anyhow};
 use serde::Serialize;
+use sim::models::tmc26x::Chip;
 use sim::output::StepError;
 use sim::runner::curves::{self, Corner, Curves};
 use sim::runner::{self, Job};
 
 use crate::progress::Progress;
-use crate::report::rows::{self, Rows};
-use crate::run::Chip;
+use crate::verify;
 
 const TEMPLATE: &str = include_str!("../assets/motion.html");
 const SLOTS: [(&str, &str); 4] = [
@@ -82,7 +82,7 @@ pub fn write(options: &Options) -> Result<PathBuf> {
         gcode: options.gcode.clone(),
         out: options.out.clone(),
         until_ns: None,
-        chip: Chip::Tmc2590.model(),
+        chip: Chip::Tmc2590,
         faults: Vec::new(),
         verify: true,
     };
@@ -90,10 +90,7 @@ pub fn write(options: &Options) -> Result<PathBuf> {
     let plan = runner::plan(&job, &[], None, &mut |share| progress.show(share)).map_err(|reason| anyhow!(reason))?;
     let edges = options.out.join("steps.csv");
     let compared = if edges.exists() {
-        runner::verify(&job, &mut |share| progress.show(share), &mut || {
-            let rows = rows::open(&edges).map_err(|error| format!("{error:#}"))?;
-            Ok(Rows::of(rows).map(|edge| edge.map_err(|error| error.to_string())))
-        })
+        verify::compare(&job, &mut progress)
     } else {
         Err(format!("{} has no steps.csv", options.out.display()))
     };

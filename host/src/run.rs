@@ -1,10 +1,11 @@
 //! `velvet run`: a job on this computer, in virtual time, without an emulator. The same machine code as on
 //! the board; what the image does is shown by the virtual board.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use clap::ValueEnum;
+use config::BoardId;
 use sim::models::tmc26x;
 use sim::runner::{self, Job};
 use sim::world::TimedFault;
@@ -12,17 +13,26 @@ use sim::world::TimedFault;
 use crate::progress::Progress;
 
 /// Which driver chips the board carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Chip {
     /// TMC2590
+    #[default]
     Tmc2590,
     /// TMC2660
     Tmc2660,
 }
 
 impl Chip {
+    /// Returns the board with this chip.
+    pub const fn board(self) -> BoardId {
+        match self {
+            Self::Tmc2590 => BoardId::Prime2590,
+            Self::Tmc2660 => BoardId::Prime2660,
+        }
+    }
+
     /// Returns the model of the chip.
-    pub const fn model(self) -> tmc26x::Chip {
+    const fn model(self) -> tmc26x::Chip {
         match self {
             Self::Tmc2590 => tmc26x::Chip::Tmc2590,
             Self::Tmc2660 => tmc26x::Chip::Tmc2660,
@@ -31,34 +41,56 @@ impl Chip {
 }
 
 /// Reads a time in seconds, returns nanoseconds.
-pub fn seconds(text: &str) -> Result<u64, String> {
+fn seconds(text: &str) -> Result<u64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok((seconds * 1e9) as u64),
         _ => Err("a time above 0 s is needed".to_owned()),
     }
 }
 
-/// What `velvet run` takes.
+/// Job, and the machine that it is made on.
 #[derive(Clone, Debug, clap::Args)]
-pub struct Options {
+pub struct JobOptions {
     /// Configuration of the machine
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
     /// Job to execute
     #[arg(long, value_name = "FILE")]
     gcode: PathBuf,
-    /// Folder for what the run leaves
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
     /// Give up after this much virtual time
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<u64>,
     /// Driver chips of the board
-    #[arg(long, value_enum, default_value = "tmc2590")]
+    #[arg(long, value_enum, default_value_t)]
     drivers: Chip,
     /// Something that goes wrong, and when
     #[arg(long, value_name = "FAULT", value_parser = TimedFault::parse, long_help = sim::world::SPELLING)]
     fault: Vec<TimedFault>,
+}
+
+impl JobOptions {
+    /// Returns the job for the native runner, with the folder of its run.
+    pub fn job(&self, out: &Path, verify: bool) -> Job {
+        Job {
+            config: self.config.clone(),
+            gcode: self.gcode.clone(),
+            out: out.to_owned(),
+            until_ns: self.until,
+            chip: self.drivers.model(),
+            faults: self.fault.clone(),
+            verify,
+        }
+    }
+}
+
+/// What `velvet run` takes.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Options {
+    #[command(flatten)]
+    job: JobOptions,
+    /// Folder for what the run leaves
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
     /// Compare every step edge with the ideal trajectory
     #[arg(long)]
     verify: bool,
@@ -66,15 +98,7 @@ pub struct Options {
 
 /// Runs the job; returns whether it ended without halt and error, and prints the reason if not.
 pub fn run(options: &Options) -> Result<bool> {
-    let job = Job {
-        config: options.config.clone(),
-        gcode: options.gcode.clone(),
-        out: options.out.clone(),
-        until_ns: options.until,
-        chip: options.drivers.model(),
-        faults: options.fault.clone(),
-        verify: options.verify,
-    };
+    let job = options.job.job(&options.out, options.verify);
     let mut progress = Progress::new();
     let outcome = runner::run(&job, &mut |share| progress.show(share)).map_err(|reason| anyhow!(reason));
     progress.clear();

@@ -7,53 +7,36 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, anyhow};
-use sim::output;
+use sim::output::{self, StepError};
 use sim::runner::{self, Job};
-use sim::world::TimedFault;
 
 use crate::progress::Progress;
 use crate::report::rows::{self, Rows};
-use crate::run::Chip;
+use crate::run::JobOptions;
 
 /// What `velvet verify` takes.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Options {
     /// The run's folder
     out: PathBuf,
-    /// Configuration of the machine
-    #[arg(long, value_name = "FILE")]
-    config: PathBuf,
-    /// Job that was executed
-    #[arg(long, value_name = "FILE")]
-    gcode: PathBuf,
-    /// Give up planning after this much virtual time
-    #[arg(long, value_name = "SECONDS", value_parser = crate::run::seconds)]
-    until: Option<u64>,
-    /// Driver chips of the board
-    #[arg(long, value_enum, default_value = "tmc2590")]
-    drivers: Chip,
-    /// Something that went wrong in the run, and when
-    #[arg(long, value_name = "FAULT", value_parser = TimedFault::parse, long_help = sim::world::SPELLING)]
-    fault: Vec<TimedFault>,
+    #[command(flatten)]
+    job: JobOptions,
+}
+
+/// Compares every edge of the run in the job's folder with the plan; an error says why it could not be.
+pub fn compare(job: &Job, progress: &mut Progress) -> Result<StepError, String> {
+    runner::verify(job, &mut |share| progress.show(share), &mut || {
+        let rows = rows::open(&job.out.join("steps.csv")).map_err(|error| format!("{error:#}"))?;
+        Ok(Rows::of(rows).map(|edge| edge.map_err(|error| error.to_string())))
+    })
 }
 
 /// Compares the run, and writes the result into its summary; returns whether it moved as planned, and
 /// prints the reason if not.
 pub fn verify(options: &Options) -> Result<bool> {
-    let job = Job {
-        config: options.config.clone(),
-        gcode: options.gcode.clone(),
-        out: options.out.clone(),
-        until_ns: options.until,
-        chip: options.drivers.model(),
-        faults: options.fault.clone(),
-        verify: true,
-    };
+    let job = options.job.job(&options.out, true);
     let mut progress = Progress::new();
-    let result = runner::verify(&job, &mut |share| progress.show(share), &mut || {
-        let rows = rows::open(&options.out.join("steps.csv")).map_err(|error| format!("{error:#}"))?;
-        Ok(Rows::of(rows).map(|edge| edge.map_err(|error| error.to_string())))
-    });
+    let result = compare(&job, &mut progress);
     progress.clear();
     output::add_verification(&options.out, &result).map_err(|reason| anyhow!(reason))?;
     match result {
