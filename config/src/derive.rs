@@ -172,6 +172,10 @@ fn temperatures(config: &mut MachineConfig, written: Written) {
         if !written(SECTION, place, "heater_power") {
             heater.model.power_w = if is_bed { BED_WATTS } else { HOT_END_WATTS };
         }
+        // A bed melts nothing.
+        if !heater.is_hot_end() {
+            heater.model.filament_heat = 0.0;
+        }
     }
 }
 
@@ -397,8 +401,8 @@ fn name_parts(config: &mut MachineConfig) {
         }
         if let Some(heater) = config.temperatures.get_mut(place) {
             heater.sensor.parts = parts;
-            let named = |switch: &crate::SwitchConfig| switch.name == heater.model.fan_name && !switch.is_input();
-            heater.model.fan = config.switches.iter().position(named).and_then(|place| u8::try_from(place).ok());
+            let named = |switch: &crate::SwitchConfig| switch.name == heater.fan_name && !switch.is_input();
+            heater.fan = config.switches.iter().position(named).and_then(|place| u8::try_from(place).ok());
         }
     }
     let MachineConfig { fans, temperatures, .. } = config;

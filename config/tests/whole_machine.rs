@@ -465,7 +465,7 @@ fn control_by_a_model_is_checked() {
     let (config, findings) = read(&edited("bed.bang_bang = false", &lines));
     assert!(findings.is_empty(), "{findings:#?}");
     let bed = config.temperatures.iter().find(|heater| heater.name == "bed").expect("a bed");
-    assert_eq!(bed.control(), config::ControlLaw::Model);
-    let fan = bed.model.fan.map(|place| config.switches[usize::from(place)].name.as_str());
+    assert_eq!(bed.law(), config::LawSettings::Model(bed.model));
+    let fan = bed.fan.map(|place| config.switches[usize::from(place)].name.as_str());
     assert_eq!((fan, bed.model.power_w), (Some("fan"), 200.0));
 }

@@ -70,7 +70,7 @@ pub fn tune_pid<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
             let Some(settings) = settings else { return Ok(base::failure::Answer::Unknown) };
             let before = match settings.law {
                 LawSettings::Pid(gains) => gains,
-                _ => PidGains::from(described),
+                _ => described.pid,
             };
             let gains = answer.gains(settings.max_duty);
             Some(LawSettings::Pid(PidGains { p: gains.p, i: gains.i, d: gains.d, ..before }))
@@ -102,7 +102,7 @@ pub fn tune_model<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome 
     }
     let Some(described) = config.heater(ask.heater) else { return Ok(base::failure::Answer::Unknown) };
     hands.say(format_args!("// Finding the model of {}, control X to abort\n", described.name));
-    let blower = fan::Blower::stop(hands, described.model.fan);
+    let blower = fan::Blower::stop(hands, described.fan);
     let found = match swing(hands, &ask) {
         Ok(answer) => {
             explain(hands, &ask, &answer);
@@ -199,7 +199,7 @@ fn explain<'c>(hands: &mut impl Hands<'c>, ask: &Ask, answer: &Answer) {
 
 /// Returns the model that matches the measured answer.
 fn model<'c>(hands: &mut impl Hands<'c>, ask: &Ask, answer: &Answer) -> ModelSettings {
-    let configured = hands.config().heater(ask.heater).map(ModelSettings::from).unwrap_or_default();
+    let configured = hands.config().heater(ask.heater).map(|heater| heater.model).unwrap_or_default();
     let settings =
         hands.heat(|heat| heat.heater(ask.heater).map(|heater| (heater.settings.law, heater.settings.max_duty)));
     let (before, share) = match settings {

@@ -9,7 +9,7 @@
 //! reported within [`EXECUTOR_TIMEOUT`]. If any of them is missing, the output falls to off by itself; the
 //! message follows later.
 
-use config::HeaterId;
+use config::{HeaterId, LawSettings};
 use heapless::Vec;
 use motion::Mark;
 use units::{Celsius, Duty, Micros, ToolId};
@@ -18,7 +18,7 @@ use crate::chip_faults::ChipFaults;
 use crate::combined::read as read_sensor;
 use crate::effects::{Effects, Full, Output};
 use crate::heater::{Heater, TargetRefused, Work};
-use crate::heater_settings::{HeaterSettings, LawSettings};
+use crate::heater_settings::HeaterSettings;
 use crate::io::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
 use crate::model::Surroundings;
 use crate::modulator::{MODULATION_HZ, Modulators};

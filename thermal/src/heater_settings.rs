@@ -1,26 +1,10 @@
 //! Settings of a temperature controller, and their conversion from the configuration.
 
-use config::{ControlLaw, TemperatureConfig};
+use config::{LawSettings, TemperatureConfig};
 use units::{Celsius, Duty, Micros, ToolId};
 
-use crate::law::PidGains;
-use crate::model::ModelSettings;
 use crate::safety::{CourseLimits, ReadingLimits, ResponseLimits, SafetyLimits, TimeLimits};
 use crate::sensor::Sensor;
-
-/// Settings of a control law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LawSettings {
-    /// PID law with these gains.
-    Pid(PidGains),
-    /// Control by a model of the heater.
-    Model(ModelSettings),
-    /// Bang-bang law: on and off.
-    BangBang {
-        /// Half width of the dead band.
-        hysteresis: Celsius,
-    },
-}
 
 /// Settings of a single temperature controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +46,7 @@ impl From<&TemperatureConfig> for HeaterSettings {
         Self {
             heats: config.heater_pin.is_some(),
             sensor: Sensor::from(&config.sensor),
-            law: law(config),
+            law: config.law(),
             max_duty: config.max_pwm,
             cycle: config.cycle,
             min: config.min_temp,
@@ -86,7 +70,7 @@ impl From<&TemperatureConfig> for HeaterSettings {
             },
             period: Micros(1_000_000 / u64::from(config.sensor.readings_per_second.max(1))),
             filter_s: config.sensor.filter_s,
-            fan: config.model.fan,
+            fan: config.fan,
             melts_for: config.is_hot_end().then_some(config.tool_id),
         }
     }
@@ -104,44 +88,6 @@ impl HeaterSettings {
             response: self.response,
             course: self.course,
             time: self.time,
-        }
-    }
-}
-
-fn law(config: &TemperatureConfig) -> LawSettings {
-    match config.control() {
-        ControlLaw::BangBang { hysteresis } => LawSettings::BangBang { hysteresis },
-        ControlLaw::Pid => LawSettings::Pid(PidGains::from(config)),
-        ControlLaw::Model => LawSettings::Model(ModelSettings::from(config)),
-    }
-}
-
-impl From<&TemperatureConfig> for PidGains {
-    fn from(config: &TemperatureConfig) -> Self {
-        let pid = &config.pid;
-        Self {
-            p: pid.p,
-            i: pid.i,
-            d: pid.d,
-            i_max: pid.i_max,
-            d_filter_s: pid.d_filter_s,
-            on_measurement: pid.on_measurement,
-            conditional_integral: pid.windup,
-        }
-    }
-}
-
-impl From<&TemperatureConfig> for ModelSettings {
-    fn from(config: &TemperatureConfig) -> Self {
-        let model = &config.model;
-        Self {
-            power_w: model.power_w,
-            capacity: model.capacity,
-            loss: model.loss,
-            fan_loss: model.fan_loss,
-            late_s: model.late_s,
-            // A bed melts nothing.
-            filament_heat: if config.is_hot_end() { model.filament_heat } else { 0.0 },
         }
     }
 }

@@ -14,30 +14,11 @@
 //! section 3.5): at a limit of the output the integral does not move further towards it. So after a heat-up
 //! at full output it holds what it held before, and what is missing comes in near the target.
 
+use config::{LawSettings, PidGains};
 use units::{Celsius, Duty, Micros};
 
-use crate::heater_settings::LawSettings;
 use crate::model::{Model, Surroundings};
 use crate::step_test::StepTest;
-
-/// Gains and limits of a PID law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PidGains {
-    /// Proportional gain, output per degree.
-    pub p: f32,
-    /// Integral gain, output per degree and second.
-    pub i: f32,
-    /// Derivative gain, output per degree per second.
-    pub d: f32,
-    /// Largest integral, in output units.
-    pub i_max: f32,
-    /// Time constant of the derivative's filter, s; 0: none.
-    pub d_filter_s: f32,
-    /// Proportional on measurement instead of on error.
-    pub on_measurement: bool,
-    /// Whether the integral stays at a limit of the output instead of moving towards it.
-    pub conditional_integral: bool,
-}
 
 /// A PID law and its memory.
 #[derive(Clone, Copy, Debug)]

@@ -29,12 +29,13 @@ pub mod surplus;
 mod switch_outputs;
 
 pub use combined::{Parts, Rule, read as read_sensor};
+pub use config::{LawSettings, ModelSettings, PidGains};
 pub use control::{EXECUTOR_TIMEOUT, HeatControl, STALE_MODULATION_TICKS};
 pub use effects::{Effects, Full, Output};
 pub use heater::{Heater, TargetRefused, Work};
-pub use heater_settings::{HeaterSettings, LawSettings};
-pub use law::{BangBang, Law, Pid, PidGains};
-pub use model::{AIR_C, Model, ModelSettings, Surroundings};
+pub use heater_settings::HeaterSettings;
+pub use law::{BangBang, Law, Pid};
+pub use model::{AIR_C, Model, Surroundings};
 pub use modulator::{MODULATION_HZ, Modulators};
 pub use safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
 pub use sensor::{Sensor, SensorFault};

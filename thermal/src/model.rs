@@ -10,6 +10,7 @@
 //! brings T to the target within about 2 L and makes up for the losses of a body that is as warm as this: so
 //! a fan or a flow that is known is made up for before the sensor tells of it.
 
+use config::ModelSettings;
 use units::{Celsius, Duty};
 
 use crate::law::Steps;
@@ -22,32 +23,6 @@ const CLOSED_LOOP: f32 = 2.0;
 const QUICKEST_S: f32 = 0.5;
 /// Greatest rate of the observer's poles, as a share of what the sample period allows.
 const MOST_POLE: f32 = 0.3;
-
-/// Parameters of a heater.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ModelSettings {
-    /// Power of the heater at full output, W.
-    pub power_w: f32,
-    /// Heat capacity of the heated body, J/K.
-    pub capacity: f32,
-    /// Loss to still air, W/K.
-    pub loss: f32,
-    /// Additional loss with the part's fan full on, W/K.
-    pub fan_loss: f32,
-    /// Dead time and lag of the sensor, s.
-    pub late_s: f32,
-    /// Heat that filament takes, J/(mm3 K).
-    pub filament_heat: f32,
-}
-
-impl ModelSettings {
-    /// Returns whether a heater may be controlled by the model: every figure that divides is above zero.
-    #[must_use]
-    pub fn is_usable(&self) -> bool {
-        [self.power_w, self.capacity, self.late_s].into_iter().all(|figure| figure.is_finite() && figure > 0.0)
-            && [self.loss, self.fan_loss, self.filament_heat].into_iter().all(|figure| figure >= 0.0)
-    }
-}
 
 /// Known heat losses beside that to the air.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

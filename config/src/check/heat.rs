@@ -116,8 +116,8 @@ fn model(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig) 
     let model = &heater.model;
     let switches = &checks.config.switches;
     let is_fan = |name: &str| switches.iter().any(|switch| switch.enable && !switch.is_input() && switch.name == name);
-    if !model.fan_name.is_empty() && !is_fan(&model.fan_name) {
-        let reason = format_args!("there is no [switch] {} that is enabled and has an output", model.fan_name);
+    if !heater.fan_name.is_empty() && !is_fan(&heater.fan_name) {
+        let reason = format_args!("there is no [switch] {} that is enabled and has an output", heater.fan_name);
         checks.error((SECTION, place, "fan"), reason, format_args!("write the name of the part fan's switch"));
     }
     if !heater.by_model {

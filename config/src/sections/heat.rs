@@ -154,8 +154,8 @@ pub struct SensorConfig {
 settings! {
     /// PID gains in Smoothieware's units: duty steps (of 255) per degree, per degree-second, and duty-seconds
     /// per degree.
-    #[derive(Clone, Copy, Debug, Default)]
-    pub struct Pid {
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct PidGains {
         /// Proportional gain. M301 P changes it.
         "p_factor" p: f32 = number("10", ANY).klipper("[extruder] pid_Kp").v1("temperature_control.<name>.p_factor");
         /// Integral gain. M301 I changes it.
@@ -173,14 +173,14 @@ settings! {
         i_max: f32 = number("255", &(0.0, 255.0)).derived("max_pwm").v1("temperature_control.<name>.i_max");
         /// At a limit of the output the integral does not move further towards it: no overshoot after a
         /// heat-up. false updates it always.
-        windup: bool = bool("true").v1("temperature_control.<name>.windup");
+        "windup" conditional_integral: bool = bool("true").v1("temperature_control.<name>.windup");
     }
 }
 
 settings! {
     /// Thermal model of a heater, for model-based control.
-    #[derive(Clone, Debug, Default)]
-    pub struct ThermalModel {
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct ModelSettings {
         /// Power of the heater at full output: for control = model, and for what M306 finds.
         "heater_power" power_w: f32 = number("40", POSITIVE)
             .derived("40, or 200 when tool_id is 100 or more").unit("W").velvet();
@@ -195,21 +195,26 @@ settings! {
         /// With control = model, of a hot end: heat that melting filament takes; 0.0023 is PLA's, PETG takes
         /// 0.0021, ABS 0.0022. M307 H changes it.
         filament_heat: f32 = number("0.0023", NOT_NEGATIVE).unit("J/mm3/K").velvet();
-        /// With control = model: name of the [switch] of the fan that blows at it; its duty is made up for.
-        "fan" fan_name: Name = text("", 24).velvet();
-        /// Place of the switch `fan_name` in the list of switches.
-        fan: Option<u8>;
     }
 }
 
-/// Control law by which a heater follows its target.
+impl ModelSettings {
+    /// Returns whether a heater may be controlled by the model: every figure that divides is above zero.
+    #[must_use]
+    pub fn is_usable(&self) -> bool {
+        [self.power_w, self.capacity, self.late_s].into_iter().all(|figure| figure.is_finite() && figure > 0.0)
+            && [self.loss, self.fan_loss, self.filament_heat].into_iter().all(|figure| figure >= 0.0)
+    }
+}
+
+/// Control law by which a heater follows its target, with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ControlLaw {
-    /// PID control with the gains of [`Pid`].
-    Pid,
-    /// Model-based control with [`ThermalModel`].
-    Model,
-    /// On/off control: on below the target, off above.
+pub enum LawSettings {
+    /// PID control with these gains.
+    Pid(PidGains),
+    /// Control by a model of the heater.
+    Model(ModelSettings),
+    /// Bang-bang control: on below the target, off above.
     BangBang {
         /// Half width of the dead band.
         hysteresis: Celsius,
@@ -342,6 +347,10 @@ settings! {
         /// up for before the sensor tells of them.
         "control" by_model: bool = word("pid", &Words(&["pid", "model"])).velvet();
         rows TemperatureLimits:
+        /// With control = model: name of the [switch] of the fan that blows at it; its duty is made up for.
+        "fan" fan_name: Name = text("", 24).velvet();
+        /// Place of the switch `fan_name` in the list of switches.
+        fan: Option<u8>;
         /// Switch fully on and off instead of PID.
         bang_bang: bool = bool("false").klipper("[extruder] control").v1("temperature_control.<name>.bang_bang");
         /// With bang_bang: on this far below, off this far above the target.
@@ -381,9 +390,9 @@ settings! {
         /// that has one.
         "presets" preset_names: String<96> = text("", 96).velvet();
         /// Gains of the PID control.
-        pid: Pid;
+        pid: PidGains;
         /// Parameters of the thermal model.
-        model: ThermalModel;
+        model: ModelSettings;
         /// Settings of the runaway detection.
         runaway: Runaway;
         /// Limits of the heater verification.
@@ -414,11 +423,11 @@ impl TemperatureConfig {
 
     /// Returns the control law chosen.
     #[must_use]
-    pub const fn control(&self) -> ControlLaw {
+    pub const fn law(&self) -> LawSettings {
         match (self.bang_bang, self.by_model) {
-            (true, _) => ControlLaw::BangBang { hysteresis: self.hysteresis },
-            (false, true) => ControlLaw::Model,
-            (false, false) => ControlLaw::Pid,
+            (true, _) => LawSettings::BangBang { hysteresis: self.hysteresis },
+            (false, true) => LawSettings::Model(self.model),
+            (false, false) => LawSettings::Pid(self.pid),
         }
     }
 

@@ -6,7 +6,7 @@ use base::ports::HeatPort;
 use base::sessions::Reply;
 use config::{HeaterId, MachineConfig, ToolId};
 use program::Words;
-use thermal::{HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
+use thermal::{HeatControl, HeaterSettings, LawSettings, ModelSettings};
 use units::{Celsius, Duty};
 
 use super::named::{bed, heater_of};
@@ -104,7 +104,7 @@ fn set_maximum(heat: &mut HeatControl, _: &MachineConfig, id: HeaterId, words: &
 /// from now on.
 fn set_gains(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {
     let Some(settings) = heat.heater(id).map(|heater| &heater.settings) else { return false };
-    let configured = config.heater(id).map(PidGains::from);
+    let configured = config.heater(id).map(|heater| heater.pid);
     let (mut gains, max_duty) = match (settings.law, configured) {
         (LawSettings::Pid(gains), _) | (LawSettings::Model(_), Some(gains)) => (gains, settings.max_duty),
         _ => return false,
@@ -123,7 +123,7 @@ fn set_model(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words
     let Some(settings) = heat.heater(id).map(|heater| &heater.settings).filter(|settings| settings.heats) else {
         return false;
     };
-    let configured = config.heater(id).map(ModelSettings::from);
+    let configured = config.heater(id).map(|heater| heater.model);
     let (mut model, max_duty) = match (settings.law, configured) {
         (LawSettings::Model(model), _) | (LawSettings::Pid(_), Some(model)) => (model, settings.max_duty),
         _ => return false,

@@ -1,8 +1,8 @@
 //! A small oven with a thermistor that tests can break.
 
 use super::*;
+use crate::PidGains;
 use crate::io::{heater_bit, switch_bit};
-use crate::law::PidGains;
 use crate::safety::{CourseLimits, ResponseLimits, TimeLimits};
 use drivers::thermistor::{Curve, Divider, Thermistor};
 use units::Ohms;
@@ -276,7 +276,7 @@ fn a_switch_gives_what_it_was_set_to() {
 
 #[test]
 fn a_surplus_is_known_only_at_the_target_of_a_heater_with_a_model() {
-    let model = crate::model::ModelSettings {
+    let model = crate::ModelSettings {
         power_w: 40.0,
         capacity: 10.0,
         loss: 10.0 / 120.0,
