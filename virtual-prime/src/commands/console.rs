@@ -10,7 +10,6 @@ use sim::output::{Outcome, Recorder};
 use sim::session::{BOOT_SILENCE_NS, Opening};
 use virtual_prime::board::{PrimeBoard, SharedWorld};
 use virtual_prime::instruments::{Instruments, Probe};
-use virtual_prime::sd_image;
 use virtual_prime::typed::Typed;
 use virtual_prime::vm::{Span, Vm};
 
@@ -35,14 +34,8 @@ const PORT_NAMES: [&str; 3] = ["debug (USART2)", "UART 0 (USART3)", "UART 1 (UAR
 /// Options of `console`.
 #[derive(Args)]
 pub struct Options {
-    /// The firmware image.
-    #[arg(long)]
-    elf: PathBuf,
     #[command(flatten)]
     board: BoardOptions,
-    /// Directory whose files go onto the SD card.
-    #[arg(long)]
-    sd: Option<PathBuf>,
     /// First of three TCP ports for the serial ports; 0 lets the system choose.
     #[arg(long, default_value_t = 0)]
     port: u16,
@@ -142,21 +135,20 @@ impl Sockets {
 /// # Errors
 /// When the image cannot be started, or crashes.
 pub fn run(options: &Options) -> Result<(), String> {
-    let mut board = options.board.build()?;
-    let files: Vec<_> = options.board.config_file()?.into_iter().collect();
-    board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
+    let board = options.board.build(Vec::new())?;
     let mut sockets = Sockets::open(options, &board)?;
     eprintln!("standard input and output are the debug console; end it with Ctrl-D");
     let world = board.world().clone();
     let recorder = options.out.as_ref().map(|out| Recorder::create(out, &world.lock())).transpose();
     let mut recorder = recorder.map_err(|error| error.to_string())?;
-    let (instruments, records) = Instruments::new(&options.elf, &Probe::default())?;
-    let table = texts(&options.elf).unwrap_or_else(|reason| {
+    let (instruments, records) = Instruments::new(&options.board.elf, &Probe::default())?;
+    let table = texts(&options.board.elf).unwrap_or_else(|reason| {
         eprintln!("{reason}: its log is shown as it is");
         None
     });
     let mut log = Log::new(table.as_ref());
-    let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
+    let mut vm =
+        Vm::start(board, &options.board.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let mut desk = Desk::new(options);
     let began = Instant::now();
     let ended = loop {

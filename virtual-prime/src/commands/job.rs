@@ -11,7 +11,6 @@ use sim::session::{Opening, Session};
 use virtual_prime::board::{CORE_HZ, SharedWorld};
 use virtual_prime::console::Line;
 use virtual_prime::instruments::{Instruments, Probe, Records};
-use virtual_prime::sd_image;
 use virtual_prime::vm::{Span, Vm};
 
 use super::computer::Computer;
@@ -27,9 +26,6 @@ const JOB: &str = "job.gcode";
 /// A job and what it runs on.
 #[derive(Args)]
 pub struct JobOptions {
-    /// The firmware image.
-    #[arg(long)]
-    pub elf: PathBuf,
     #[command(flatten)]
     pub board: BoardOptions,
     /// The job.
@@ -38,9 +34,6 @@ pub struct JobOptions {
     /// Virtual seconds after which the job counts as hung.
     #[arg(long)]
     pub until: Option<f64>,
-    /// Directory whose files go onto the SD card as well.
-    #[arg(long)]
-    pub sd: Option<PathBuf>,
     /// An image that is not ours: the operator waits for its first words, and complaints of the board are
     /// listed only.
     #[arg(long)]
@@ -120,7 +113,8 @@ pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished,
     let mut running = start(options, &study.probe, out, gcode)?;
     let fail = |error: io::Error| format!("{}: {error}", out.display());
     // Log frames of another image need not be in our format.
-    let table = if options.foreign { texts(&options.elf).unwrap_or_default() } else { texts(&options.elf)? };
+    let table =
+        if options.foreign { texts(&options.board.elf).unwrap_or_default() } else { texts(&options.board.elf)? };
     let mut frames = Log::new(table.as_ref());
     let mut log = fs::File::create(out.join("rtt.log")).map_err(fail)?;
     let mut meter = Meter::new();
@@ -148,14 +142,11 @@ pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished,
 }
 
 fn start(options: &JobOptions, probe: &Probe, out: &Path, gcode: Vec<u8>) -> Result<Running, String> {
-    let mut files = vec![(JOB.to_owned(), gcode)];
-    files.extend(options.board.config_file()?);
-    let mut board = options.board.build()?;
-    board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
+    let board = options.board.build(vec![(JOB.to_owned(), gcode)])?;
     let (console, world) = (board.console(0).clone(), board.world().clone());
     let recorder = Recorder::create(out, &world.lock()).map_err(|error| error.to_string())?;
-    let (instruments, records) = Instruments::new(&options.elf, probe)?;
-    let vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
+    let (instruments, records) = Instruments::new(&options.board.elf, probe)?;
+    let vm = Vm::start(board, &options.board.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let session = Session::new(JOB, options.opening());
     Ok(Running {
         vm,

@@ -20,9 +20,12 @@ pub enum Drivers {
     Tmc2660,
 }
 
-/// The board and its machine.
+/// The image, the board that runs it, its card and its machine.
 #[derive(Args, Debug)]
 pub struct BoardOptions {
+    /// The firmware image.
+    #[arg(long)]
+    pub elf: PathBuf,
     /// Driver chips on the board.
     #[arg(long, value_enum, default_value_t)]
     pub board: Drivers,
@@ -30,6 +33,9 @@ pub struct BoardOptions {
     /// config.ini.
     #[arg(long)]
     pub config: Option<PathBuf>,
+    /// Directory whose files go onto the SD card as well.
+    #[arg(long)]
+    pub sd: Option<PathBuf>,
     /// What goes wrong, and when.
     #[arg(long, long_help = SPELLING)]
     pub fault: Vec<String>,
@@ -63,24 +69,23 @@ impl BoardOptions {
     }
 
     /// Returns the configuration as a file for the SD card.
-    ///
-    /// # Errors
-    /// When it cannot be read.
-    pub fn config_file(&self) -> Result<Option<sd_image::File>, String> {
+    fn config_file(&self) -> Result<Option<sd_image::File>, String> {
         let Some(path) = &self.config else { return Ok(None) };
         let text = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(Some(("config.ini".into(), text)))
     }
 
-    /// Builds the board at power-on.
+    /// Builds the board at power-on, with these files and those of the command line on its card.
     ///
     /// # Errors
-    /// What is wrong with the configuration file or the faults.
-    pub fn build(&self) -> Result<PrimeBoard, String> {
-        let board = PrimeBoard::new(self.machine()?).map_err(|error| error.to_string())?;
+    /// What is wrong with the configuration file, the card's files or the faults.
+    pub fn build(&self, mut files: Vec<sd_image::File>) -> Result<PrimeBoard, String> {
+        files.extend(self.config_file()?);
+        let mut board = PrimeBoard::new(self.machine()?).map_err(|error| error.to_string())?;
         for text in &self.fault {
             board.world().lock().schedule(TimedFault::parse(text)?)?;
         }
+        board.insert_card(Some(sd_image::build(self.sd.as_deref(), &files)?));
         Ok(board)
     }
 }

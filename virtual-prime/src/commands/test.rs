@@ -1,11 +1,9 @@
 //! Subcommand `virtual-prime test`: runs an on-target test image to its semihosting exit.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
 
 use clap::Args;
 use virtual_prime::instruments::{Instruments, Probe};
-use virtual_prime::sd_image;
 use virtual_prime::vm::{Span, Vm};
 
 use super::log::{Log, texts};
@@ -16,14 +14,8 @@ const MS: u64 = 1_000_000;
 /// Options of `test`.
 #[derive(Args)]
 pub struct Options {
-    /// The test image.
-    #[arg(long)]
-    elf: PathBuf,
     #[command(flatten)]
     board: BoardOptions,
-    /// Directory whose files go onto the SD card.
-    #[arg(long)]
-    sd: Option<PathBuf>,
     /// Virtual seconds after which the test counts as hung.
     #[arg(long, default_value_t = 60.0)]
     until: f64,
@@ -37,14 +29,13 @@ pub struct Options {
 /// # Errors
 /// When a test failed, the image crashed or the deadline passed.
 pub fn run(options: &Options) -> Result<(), String> {
-    let mut board = options.board.build()?;
-    let files: Vec<_> = options.board.config_file()?.into_iter().collect();
-    board.insert_card(Some(sd_image::build(options.sd.as_deref(), &files)?));
+    let board = options.board.build(Vec::new())?;
     let consoles = [0, 1, 2].map(|index| board.console(index).clone());
-    let (instruments, records) = Instruments::new(&options.elf, &Probe::default())?;
-    let table = texts(&options.elf)?;
+    let (instruments, records) = Instruments::new(&options.board.elf, &Probe::default())?;
+    let table = texts(&options.board.elf)?;
     let mut log = Log::new(table.as_ref());
-    let mut vm = Vm::start(board, &options.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
+    let mut vm =
+        Vm::start(board, &options.board.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let deadline_ns = (options.until * 1e9) as u64;
     let outcome = loop {
         let mut span = vm.run_for(MS);
