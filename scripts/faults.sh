@@ -14,7 +14,7 @@ rm -f "$out/report.html" "$out/summary.json"
 
 host=
 case power_cuts_on_the_host in *"$ONLY"*)
-    if $CARGO test -q --locked -p scenarios power_loss:: -- --ignored --nocapture; then host=ok; else host=failed; fi ;;
+    if $CARGO test -q --locked -p machine --test scenarios power_loss:: -- --ignored --nocapture; then host=ok; else host=failed; fi ;;
 esac
 
 cd virtual-prime

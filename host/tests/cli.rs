@@ -246,7 +246,7 @@ fn actions_are_those_of_the_dialect_that_a_file_says() {
     let said_of_it = said(&marlins);
     assert!(said_of_it.contains("feed 80.00000") && said_of_it.contains("feed 95.00000"), "{said_of_it}");
     assert!(said_of_it.contains("left out M9999"), "{said_of_it}");
-    // Where a job waits and preflight says that it will (scenarios, `unknown_words`),
+    // Where a job waits and preflight says that it will (`machine/tests/unknown_words.rs`),
     // the list ends here, by the same words.
     for (flavour, line, told) in [
         ("; gcode_flavor = reprapfirmware", "G1 R1 X0 Y0", "G1 takes no R here"),

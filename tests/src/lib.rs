@@ -1,6 +1,7 @@
 //! A bench to run scenarios on: a machine in virtual time with a card, a console and faults to order.
 
 mod outside;
+pub mod topics;
 mod visitors;
 
 use std::fs;

@@ -110,7 +110,10 @@ impl Package {
     }
 }
 
-/// Marks the files that a declaration makes a part of the tests, and those below them.
+/// File and folder of a feature's scenarios, which the test program of the package takes in.
+const SCENARIOS: &str = "scenarios";
+
+/// Marks the files that a declaration makes a part of the tests, and those below them; and scenarios.
 fn marked(mut files: Vec<Source>) -> Vec<Source> {
     let mut modules: Vec<Vec<String>> = Vec::new();
     let mut places: Vec<String> = Vec::new();
@@ -129,7 +132,9 @@ fn marked(mut files: Vec<Source>) -> Vec<Source> {
     }
     for file in &mut files {
         let module = module_of(&file.name);
-        file.is_test = modules.iter().any(|test| module.starts_with(test)) || places.contains(&file.name);
+        file.is_test = modules.iter().any(|test| module.starts_with(test))
+            || places.contains(&file.name)
+            || module.iter().any(|part| part == SCENARIOS);
     }
     files
 }
@@ -171,6 +176,8 @@ mod tests {
                 ("a_tests.rs", "#[test]\nfn t() {}\n"),
                 ("tests.rs", "mod deep;\n#[test]\nfn t() {}\n"),
                 ("tests/deep.rs", "#[test]\nfn t() {}\n"),
+                ("a/scenarios.rs", "#[test]\nfn t() {}\n"),
+                ("b/scenarios/deep.rs", "#[test]\nfn t() {}\n"),
             ],
         );
         let product: Vec<&str> = package.product().map(|file| file.name.as_str()).collect();

@@ -20,8 +20,10 @@ use crate::commands::{self, COMMANDS};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 /// Folder of pages that state the meaning of lines as text.
 const LANGUAGE: &str = "program/tests/language";
-/// Folders of tests of whole machines, on the host and on the virtual board.
-const MACHINES: [&str; 2] = ["tests/tests", "virtual-prime/tests"];
+/// Folders with tests of whole machines, on the host and on the virtual board.
+const MACHINES: [&str; 4] = ["tests/tests", "machine/tests", FEATURES, "virtual-prime/tests"];
+/// Folder of features, of which `scenarios.rs` and `scenarios/` are tests of whole machines.
+const FEATURES: &str = "machine/src/features";
 
 /// A test, with everything that its text sends.
 #[derive(Debug)]
@@ -54,7 +56,7 @@ impl Tests {
         }
         let mut machines = Vec::new();
         for path in files(&MACHINES, "rs") {
-            machines.extend(tests_of(&path));
+            machines.extend(topic(&path).iter().flat_map(|topic| tests_of(&path, topic)));
         }
         Self { meanings, machines }
     }
@@ -91,12 +93,22 @@ fn files(folders: &[&str], ending: &str) -> Vec<PathBuf> {
     found
 }
 
-/// Returns the tests of a source file.
-fn tests_of(path: &Path) -> Vec<Test> {
-    let text = fs::read_to_string(path).unwrap();
+/// Returns the topic that the tests of a source file are about, or `None` for a feature's own code.
+fn topic(path: &Path) -> Option<String> {
     let file = path.strip_prefix(ROOT).unwrap_or(path).with_extension("");
-    let file = file.to_string_lossy().replace("/tests/", " ").replace("tests ", "");
+    let file = file.to_string_lossy();
     let file = file.trim_end_matches("/mod");
+    if let Some(feature) = file.strip_prefix(FEATURES) {
+        let (feature, rest) = feature.split_once("/scenarios")?;
+        return Some(format!("{}{rest}", feature.trim_start_matches('/')));
+    }
+    let (package, topic) = file.split_once("/tests/").unwrap_or(("", file));
+    Some(if package == "virtual-prime" { format!("{package} {topic}") } else { topic.into() })
+}
+
+/// Returns the tests of a source file.
+fn tests_of(path: &Path, topic: &str) -> Vec<Test> {
+    let text = fs::read_to_string(path).unwrap();
     let mut tests = Vec::new();
     for test in text.split("#[test]").skip(1) {
         let Some((_, rest)) = test.split_once("fn ") else { continue };
@@ -104,7 +116,7 @@ fn tests_of(path: &Path) -> Vec<Test> {
         // A test's body ends with the next closing brace at the margin.
         let body = rest.split("\n}\n").next().unwrap_or(rest);
         let types = literals(body).iter().flat_map(|text| text.lines().flat_map(typed)).collect();
-        tests.push(Test { name: format!("{file} `{name}`"), types });
+        tests.push(Test { name: format!("{topic} `{name}`"), types });
     }
     tests
 }
@@ -150,7 +162,7 @@ const HEAD: &str = "# Every code and command, and its test
 
 Generated from the tables in `program/src` and from the tests: of those that type a code, one that types little
 else. *Its meaning* is a program on a page of `program/tests/language`; *on a machine* is a test of a whole machine on the
-host (`tests`) or of the image on the virtual board (`virtual-prime`). The last column says what Smoothieware v2 does
+host (`machine`, `tests`) or of the image on the virtual board (`virtual-prime`). The last column says what Smoothieware v2 does
 instead, where that differs.
 
 ";

@@ -61,12 +61,15 @@ const ELSEWHERE: &[Elsewhere] = &[
     Elsewhere {
         what: "heater too slow",
         does: "halt when `runaway_heating_timeout` is over",
-        tests: &[("tests/tests/faults.rs", "a_heater_that_is_too_slow_is_given_up_when_its_time_is_over")],
+        tests: &[("machine/tests/faults.rs", "a_heater_that_is_too_slow_is_given_up_when_its_time_is_over")],
     },
     Elsewhere {
         what: "a fan with a tachometer that has no power",
         does: "nothing: that is no fault",
-        tests: &[("tests/tests/fans.rs", "a_fan_that_stops_is_told_once_or_halts_and_one_without_power_is_not")],
+        tests: &[(
+            "machine/src/features/automatic_outputs/scenarios.rs",
+            "a_fan_that_stops_is_told_once_or_halts_and_one_without_power_is_not",
+        )],
     },
     Elsewhere {
         what: "a mistake of control: a pin on without a target",
@@ -95,7 +98,7 @@ const ELSEWHERE: &[Elsewhere] = &[
         what: "halt while a probe is out, in a paper test, in a calibration",
         does: "nothing of it goes on and nothing was changed; the probe stays out, which is said",
         tests: &[
-            ("tests/tests/paper.rs", "a_halt_in_any_state_ends_it_and_changes_nothing"),
+            ("machine/src/features/paper/scenarios.rs", "a_halt_in_any_state_ends_it_and_changes_nothing"),
             ("tests/tests/probe_scripts.rs", "after_a_halt_anywhere_nothing_moves_and_m402_stows"),
         ],
     },
@@ -124,17 +127,17 @@ const ELSEWHERE: &[Elsewhere] = &[
         what: "a move of a homed axis out of its travel, or an arc or spline that bulges out",
         does: "refused before it starts, and a file being played waits there; halt with `[soft endstop] halt`, which `grbl_mode` implies",
         tests: &[
-            ("tests/tests/soft_endstops.rs", "a_move_out_of_the_travel_is_refused_and_nothing_moves"),
-            ("tests/tests/soft_endstops.rs", "a_file_waits_at_the_line_that_would_leave_the_travel"),
-            ("tests/tests/soft_endstops.rs", "a_halt_where_it_is_asked_for"),
+            ("machine/tests/soft_endstops.rs", "a_move_out_of_the_travel_is_refused_and_nothing_moves"),
+            ("machine/tests/soft_endstops.rs", "a_file_waits_at_the_line_that_would_leave_the_travel"),
+            ("machine/tests/soft_endstops.rs", "a_halt_where_it_is_asked_for"),
         ],
     },
     Elsewhere {
         what: "a heater, switch, extruder or the probe wrong in the configuration",
         does: "that part is not wired and stays off; asking for it is refused, and halts a file being played",
         tests: &[
-            ("tests/tests/out_of_service.rs", "a_broken_bed_stays_cold_and_the_machine_prints_without_it"),
-            ("tests/tests/out_of_service.rs", "a_job_that_needs_a_part_that_is_off_halts"),
+            ("machine/tests/out_of_service.rs", "a_broken_bed_stays_cold_and_the_machine_prints_without_it"),
+            ("machine/tests/out_of_service.rs", "a_job_that_needs_a_part_that_is_off_halts"),
         ],
     },
     Elsewhere {
@@ -142,15 +145,18 @@ const ELSEWHERE: &[Elsewhere] = &[
         does: "refused, and the job waits; nothing is made",
         tests: &[
             ("virtual-prime/tests/card.rs", "a_job_whose_card_was_out_goes_on_when_its_own_is_back"),
-            ("tests/tests/power_loss/mod.rs", "one_digit_of_the_file_is_noticed"),
+            ("machine/src/features/power_loss/scenarios/mod.rs", "one_digit_of_the_file_is_noticed"),
         ],
     },
     Elsewhere {
         what: "file, card or configuration changed before going on after a power cut",
         does: "refused, with what changed; nothing moves or heats",
         tests: &[
-            ("tests/tests/power_loss/mod.rs", "another_file_of_this_name_is_refused"),
-            ("tests/tests/power_loss/mod.rs", "another_configuration_is_refused_and_another_comment_is_none"),
+            ("machine/src/features/power_loss/scenarios/mod.rs", "another_file_of_this_name_is_refused"),
+            (
+                "machine/src/features/power_loss/scenarios/mod.rs",
+                "another_configuration_is_refused_and_another_comment_is_none",
+            ),
         ],
     },
     Elsewhere {
@@ -165,7 +171,10 @@ const ELSEWHERE: &[Elsewhere] = &[
         what: "power cut at any block write of a job with a journal: the write kept, torn or lost",
         does: "what is offered afterwards goes on with the same part, or nothing is offered; nothing moves or heats by itself",
         tests: &[
-            ("tests/tests/power_loss/mod.rs", "a_part_is_the_same_after_a_cut_at_some_of_its_writes"),
+            (
+                "machine/src/features/power_loss/scenarios/mod.rs",
+                "a_part_is_the_same_after_a_cut_at_some_of_its_writes",
+            ),
             ("virtual-prime/tests/power_cuts.rs", "a_part_is_the_same_after_a_write_that_was_lost"),
         ],
     },
@@ -178,21 +187,24 @@ const ELSEWHERE: &[Elsewhere] = &[
         what: "halt in any step of homing, probing, leveling, alignment, a change of filament or tools, going on behind it, a test of an axis",
         does: "heaters off, motors without current, halted; after M999 it homes and moves, and nothing of it comes back",
         tests: &[
-            ("tests/tests/halt_walk.rs", "homing"),
-            ("tests/tests/halt_walk.rs", "probing_and_leveling"),
-            ("tests/tests/halt_walk.rs", "changes_of_tools"),
+            ("machine/tests/halt_walk.rs", "homing"),
+            ("machine/tests/halt_walk.rs", "probing_and_leveling"),
+            ("machine/tests/halt_walk.rs", "changes_of_tools"),
         ],
     },
     Elsewhere {
         what: "halt in any step of going on with a job",
         does: "outputs off; what is offered afterwards is right",
-        tests: &[("tests/tests/power_loss/mod.rs", "a_halt_in_any_step_leaves_an_offer_that_is_right")],
+        tests: &[(
+            "machine/src/features/power_loss/scenarios/mod.rs",
+            "a_halt_in_any_step_leaves_an_offer_that_is_right",
+        )],
     },
     Elsewhere {
         what: "M112, Ctrl-X or the kill button in every state",
         does: "nothing heats, burns or turns within a millisecond",
         tests: &[
-            ("tests/tests/state_walk.rs", "wherever_it_is_it_is_safe_within_a_millisecond"),
+            ("machine/tests/state_walk.rs", "wherever_it_is_it_is_safe_within_a_millisecond"),
             ("virtual-prime/tests/operation/halts.rs", "m112_stops_the_machine_in_every_state"),
             ("virtual-prime/tests/operation/halts.rs", "the_kill_button_stops_the_machine_in_every_state"),
         ],
@@ -201,8 +213,14 @@ const ELSEWHERE: &[Elsewhere] = &[
         what: "filament runs out at any moment of a job, beside one, or while halted",
         does: "told once; the job is suspended and waits for filament",
         tests: &[
-            ("tests/tests/filament.rs", "filament_that_runs_out_at_any_moment_of_a_job_is_told_and_all_is_printed"),
-            ("tests/tests/filament.rs", "filament_that_runs_out_beside_a_job_is_told_once_or_not"),
+            (
+                "machine/src/features/filament/scenarios/mod.rs",
+                "filament_that_runs_out_at_any_moment_of_a_job_is_told_and_all_is_printed",
+            ),
+            (
+                "machine/src/features/filament/scenarios/mod.rs",
+                "filament_that_runs_out_beside_a_job_is_told_once_or_not",
+            ),
         ],
     },
 ];

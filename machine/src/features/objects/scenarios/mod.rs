@@ -1,5 +1,7 @@
 //! Objects that are left out of a print (M486, EXCLUDE_OBJECT).
 
+mod at_once;
+
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta, Gamma};
 

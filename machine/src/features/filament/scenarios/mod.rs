@@ -1,5 +1,7 @@
 //! The filament detector and changes of filament: M404 to M407, M412, M600 to M603, M701, M702.
 
+mod width;
+
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta, Gamma};
 

@@ -86,7 +86,7 @@ fn printed(trace: &[[f64; 4]]) -> impl Iterator<Item = [f64; 4]> {
     trace.windows(2).filter(move |pair| lays(pair)).map(|pair| pair[1])
 }
 
-/// `cargo test -p scenarios stall_recovery:: -- --nocapture` prints the figures.
+/// `cargo test -p machine stalls::recovery:: -- --nocapture` prints the figures.
 #[test]
 fn after_a_blow_the_part_goes_on_where_it_was() {
     for modes in ["", "M83\n"] {

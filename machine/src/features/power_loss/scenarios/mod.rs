@@ -3,6 +3,7 @@
 
 mod goes_on;
 mod offers;
+mod recovery;
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use sim::runner::{CardState, Runner, Setup};
 use units::Actuator;
 
-const CONFIG: &str = include_str!("../../../config/samples/cartesian.ini");
+const CONFIG: &str = include_str!("../../../../../config/samples/cartesian.ini");
 const SECOND: u64 = 1_000_000_000;
 /// A bead's width, mm: what is made anew lies within it.
 const BEAD: f64 = 0.45;

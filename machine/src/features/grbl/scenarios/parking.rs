@@ -6,7 +6,7 @@ use units::Actuator::{Alpha, Beta, Gamma};
 use super::{plan, refused};
 
 /// Machine zero is at the top, where a limit is.
-const MILL: &str = include_str!("../../../config/samples/cnc-mill.ini");
+const MILL: &str = include_str!("../../../../../config/samples/cnc-mill.ini");
 
 /// Returns a homed mill at X20 Y30 Z-30 of the machine, and the places of its carriages there.
 fn deep(plan: Plan) -> (Bench, [f64; 3]) {

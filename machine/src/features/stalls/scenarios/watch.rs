@@ -5,7 +5,7 @@ use units::Actuator::Alpha;
 
 const FULL_STEP: f64 = 0.2;
 /// A part of two minutes: rapids, perimeters, infill, arcs of short moves.
-const PART: &str = include_str!("../../demo/part.gcode");
+const PART: &str = include_str!("../../../../../demo/part.gcode");
 
 fn watched() -> Plan {
     ["alpha", "beta"].into_iter().fold(Plan::new(CARTESIAN), |plan, motor| {
@@ -32,7 +32,7 @@ fn crash(bench: &mut Bench, mm_per_s: f64) -> (f64, String) {
     ((bench.now_s() - met) * mm_per_s / FULL_STEP, said)
 }
 
-/// `cargo test -p scenarios stall_watch:: -- --nocapture` prints the figures.
+/// `cargo test -p machine stalls::watch:: -- --nocapture` prints the figures.
 #[test]
 fn a_crash_is_seen_within_ten_full_steps_and_halts() {
     for mm_per_s in [50.0, 100.0, 200.0] {

@@ -1,0 +1,4 @@
+//! Stalls of motors, and jobs that get over them.
+
+mod recovery;
+mod watch;
