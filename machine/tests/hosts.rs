@@ -1,9 +1,9 @@
 //! Functions for hosts (OctoPrint, Pronterface, senders for Marlin): commands that act at once (M108, M410,
-//! `abort`), automatic reports (M155), M115's capabilities, and resends of damaged lines.
+//! `abort`), M115's capabilities, and resends of damaged lines.
 
 use base::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
-use units::Actuator::{Alpha, Delta};
+use units::Actuator::Alpha;
 
 /// The console beside the one that sends.
 const OTHER: SessionId = SessionId(1);
@@ -254,63 +254,6 @@ fn a_line_that_was_damaged_on_its_way_is_asked_for_again() {
     assert!(bench.ask("G28 X0 Y0 :").ends_with("ok\n"), "what is typed in between is answered as before");
 }
 
-// --- what is said by itself ---
-
-#[test]
-fn temperatures_are_said_by_themselves_to_whoever_asks_and_not_in_an_upload() {
-    let mut bench = Plan::new(CARTESIAN).start();
-    let _greeting = bench.hear_on(OTHER, 0.1);
-    assert_eq!(bench.say("M155 S2"), "ok\n");
-    let said = bench.hear(6.5);
-    assert_eq!(said.matches("T:").count(), 3, "{said}");
-    assert!(!said.contains("ok") && said.lines().all(|line| line.starts_with("B:") && line.contains(" T:")), "{said}");
-    assert_eq!(bench.hear_on(OTHER, 0.1), "", "it did not ask");
-    // Reports come while a line is in work, too.
-    bench.type_in("G4 S5\n");
-    assert_eq!(bench.hear(4.1).matches("T:").count(), 2);
-    bench.hear(2.0);
-    bench.say("M28 up.g");
-    assert!(!bench.hear(5.0).contains("T:"));
-    bench.say("M29");
-    assert!(bench.hear(2.5).contains("T:"));
-    bench.run(&["M155 S0"]);
-    assert_eq!(bench.hear(5.0), "");
-    assert!(bench.say("M155 S99").starts_with("error:"));
-}
-
-#[test]
-fn how_far_the_file_is_is_said_by_itself() {
-    let mut bench = Plan::new(CARTESIAN).file("job.g", "G1 X1 F600\nG4 S9\n").start();
-    assert_eq!(bench.say("M27 S1"), "ok\n");
-    bench.say("play /sd/job.g");
-    let said = bench.hear(3.2);
-    assert_eq!(said.matches("SD printing byte ").count(), 3, "{said}");
-    bench.run(&["M27 S0"]);
-    assert_eq!(bench.hear(3.0), "");
-    assert!(bench.say("M27").contains("SD printing byte "), "asked, it says so");
-}
-
-#[test]
-fn that_a_line_takes_its_time_is_said_in_marlins_dialect_or_to_whoever_asks() {
-    let mut bench = Plan::new(CARTESIAN).start();
-    bench.type_in("G4 S5\n");
-    assert_eq!(bench.hear(5.5), "ok\n", "Smoothieware says nothing");
-    assert_eq!(bench.say("M113"), "M113 S0\nok\n");
-    bench.say("dialect marlin");
-    assert_eq!(bench.say("M113"), "M113 S2\nok\n");
-    bench.type_in("G4 S5\n");
-    assert_eq!(bench.hear(5.5), "echo:busy: processing\necho:busy: processing\nok\n");
-    bench.run(&["M113 S1", "dialect smoothie"][..1]);
-    bench.type_in("M0\n");
-    let said = bench.hear(2.5);
-    assert!(said.ends_with("echo:busy: paused for user\necho:busy: paused for user\n"), "{said}");
-    bench.type_in("~");
-    bench.hear(0.5);
-    bench.run(&["M113 S0"]);
-    bench.type_in("G4 S5\n");
-    assert_eq!(bench.hear(5.5), "ok\n");
-}
-
 #[test]
 fn m115_says_what_hosts_may_count_on() {
     let mut bench = Plan::new(CARTESIAN).start();
@@ -414,71 +357,4 @@ fn m105_in_an_upload_is_a_line_of_the_file_and_is_answered() {
     bench.say("play up.g");
     bench.hear(3.0);
     assert!((x(&bench) - 6.0).abs() < 0.02, "{}", x(&bench));
-}
-
-// --- cold extrusion ---
-
-#[test]
-fn a_cold_nozzle_extrudes_only_where_nobody_asked_for_a_guard() {
-    let mut bench = Plan::new(CARTESIAN).start();
-    bench.run(&["G91", "G1 E1 F300"]);
-    assert_eq!(bench.say("M302"), "Cold extrusion is allowed\nok\n");
-    bench.run(&["M302 S170"]);
-    assert_eq!(bench.say("M302"), "Cold extrusion is refused below 170 C, to draw back 170 C\nok\n");
-    for line in ["G1 X1 E1", "G1 E-1", "G10", "G2 X1 Y1 I1 E1"] {
-        let said = bench.say(line);
-        assert_eq!(said, "error:hotend is below 170 C: wait with M109, or M302 P1\n", "{line}");
-    }
-    bench.run(&["G1 X1"]);
-    bench.say("M302 R0");
-    bench.run(&["G1 E-1"]);
-    for line in ["M701 L20", "M702 U20"] {
-        bench.say("M302 S170 R170");
-        assert!(bench.say(line).starts_with("error:hotend is below 170 C"), "{line}");
-    }
-    bench.say("M302 R0");
-    assert_eq!(bench.say("M702 U1"), "// Taking 1 mm of filament out\nok\n");
-    for allows in ["M302 P1", "M302 S0"] {
-        bench.say("M302 P0");
-        assert!(bench.say("G1 E1").starts_with("error:"), "{allows}");
-        bench.say(allows);
-        bench.run(&["G1 E1"]);
-    }
-}
-
-#[test]
-fn a_file_waits_where_it_would_extrude_cold_and_is_told_so_before() {
-    let guarded = || Plan::new(CARTESIAN).set("[extruder] hotend.min_extrude_temp = 170");
-    let job = "G1 X5 F3000\nG1 X10 E1\nM109 S180\nG1 X20 E2\n";
-    let mut bench = guarded().file("job.g", job).start();
-    let said = bench.say("check job.g");
-    assert!(said.contains("line 2: stops: filament is fed while hotend is off"), "{said}");
-    bench.type_in("play --force /sd/job.g -t\n");
-    let said = bench.hear(2.0);
-    assert!(said.contains("hotend is below 170 C") && said.contains("error:paused, line 2 of"), "{said}");
-    assert!((x(&bench) - 5.0).abs() < 0.02, "nothing of its line is made");
-    bench.type_in("M24\n");
-    bench.hear_until("Done printing file", 300.0);
-    assert!((x(&bench) - 20.0).abs() < 0.02);
-    // Without a guard it is a warning, as it was.
-    let mut bench = Plan::new(CARTESIAN).file("job.g", job).start();
-    assert!(bench.say("check job.g").contains("line 2: warning: filament is fed while hotend is off"));
-}
-
-#[test]
-fn m600_leaves_filament_in_a_nozzle_that_is_too_cold() {
-    let mut bench = Plan::new(CARTESIAN)
-        .set("[extruder] hotend.min_extrude_temp = 170")
-        .set("[filament change] retract = 2")
-        .set("[filament change] unload = 50")
-        .set("[filament change] load = 50")
-        .file("part.g", "G4 S1\nM600\nG4 S1\n")
-        .start();
-    let before = bench.carriage(Delta);
-    bench.type_in("play part.g -t\n");
-    let said = bench.hear_until("// Print Suspended", 20.0);
-    assert!(said.contains("hotend is below 170 C") && said.contains("M600 leaves the filament in"), "{said}");
-    bench.type_in("resume\n");
-    bench.hear_until("Done printing file", 20.0);
-    assert_eq!(bench.carriage(Delta), before);
 }

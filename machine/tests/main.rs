@@ -40,6 +40,12 @@ mod usb_sessions;
 
 #[path = "../src/features/automatic_outputs/scenarios.rs"]
 mod automatic_outputs;
+#[path = "../src/features/axis_tests/scenarios.rs"]
+mod axis_tests;
+#[path = "../src/features/door/scenarios.rs"]
+mod door;
+#[path = "../src/features/editing/scenarios.rs"]
+mod editing;
 #[path = "../src/features/event_log/scenarios.rs"]
 mod event_log;
 #[path = "../src/features/filament/scenarios/mod.rs"]
@@ -52,10 +58,16 @@ mod lights;
 mod objects;
 #[path = "../src/features/paper/scenarios.rs"]
 mod paper;
+#[path = "../src/features/periodic_reports/scenarios.rs"]
+mod periodic_reports;
+#[path = "../src/features/play_from/scenarios.rs"]
+mod play_from;
 #[path = "../src/features/power_loss/scenarios/mod.rs"]
 mod power_loss;
 #[path = "../src/features/stalls/scenarios/mod.rs"]
 mod stalls;
+#[path = "../src/features/statistics/scenarios.rs"]
+mod statistics;
 
 /// A file that no line above names would not be built, and its tests not run.
 #[test]

@@ -1,5 +1,6 @@
 //! The filament detector and changes of filament: M404 to M407, M412, M600 to M603, M701, M702.
 
+mod cold_extrusion;
 mod width;
 
 use scenarios::{Bench, CARTESIAN, Plan};
