@@ -27,3 +27,27 @@ pub(super) fn seconds(config: &MachineConfig, axes: AxisSet, ways: &PerAxis<f64>
     }
     seconds + together
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::BoardId;
+
+    /// Returns the time to home all axes of the sample printer, with this setting beside its own.
+    fn homing(more: &str, ways: [f64; 3]) -> f64 {
+        let text = include_str!("../../config/samples/cartesian.ini").replace("[endstops]\n", more);
+        let (config, summary) = config::parse(text.as_bytes(), BoardId::default(), &mut ());
+        assert!(summary.is_usable());
+        let [x, y, z] = ways;
+        seconds(&config, AxisSet::PRIMARY, &PerAxis([x, y, z, 0.0, 0.0, 0.0]))
+    }
+
+    #[test]
+    fn x_and_y_home_together_unless_a_belt_joins_them() {
+        // 1 s each for X and Y behind the switch, 2 s for Z; 50 mm/s to it, Z 10 mm/s.
+        assert!((homing("[endstops]\n", [100.0, 50.0, 10.0]) - (3.0 + 3.0)).abs() < 1e-9);
+        assert!((homing("[endstops]\n", [50.0, 150.0, 0.0]) - (4.0 + 2.0)).abs() < 1e-9);
+        let belts = "[endstops]\ncommon.corexy_homing = true\n";
+        assert!((homing(belts, [100.0, 50.0, 10.0]) - (3.0 + 2.0 + 3.0)).abs() < 1e-9);
+    }
+}

@@ -25,6 +25,9 @@ mod text;
 mod totals_text;
 mod turns;
 
+#[cfg(test)]
+mod tests;
+
 pub use finding::{Finding, Kind, Severity, SubName};
 pub use limits::Limit;
 pub use state::AsItIs;

@@ -244,3 +244,88 @@ impl SharedForecast {
         self.totals.set(*totals);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::failure::short;
+
+    fn finding(kind: Kind) -> Finding {
+        Finding { sub: None, line: 1, kind, what: short(format_args!("x")) }
+    }
+
+    fn begun(purpose: Purpose) -> SharedForecast {
+        let forecast = SharedForecast::new();
+        forecast.begin(purpose, FileHandle(1));
+        forecast
+    }
+
+    #[test]
+    fn a_check_tells_all_and_a_job_only_what_stops_it() {
+        let kinds = [Kind::Speed, Kind::OutOfTravel, Kind::Unleveled, Kind::PassedOver, Kind::Text];
+        let told = |purpose: Purpose| {
+            let forecast = begun(purpose);
+            kinds.iter().for_each(|kind| forecast.found(&finding(*kind)));
+            core::iter::from_fn(|| forecast.take_finding()).map(|finding| finding.kind).collect::<std::vec::Vec<_>>()
+        };
+        assert_eq!(told(Purpose::Check), kinds);
+        assert_eq!(told(Purpose::Job), [Kind::OutOfTravel, Kind::Unleveled, Kind::Text]);
+    }
+
+    #[test]
+    fn reading_waits_for_room_and_findings_beyond_it_are_counted() {
+        let forecast = begun(Purpose::Check);
+        for count in 1..=FINDINGS + 3 {
+            assert_eq!(forecast.has_room(), count <= FINDINGS - ROOM + 1, "{count}");
+            forecast.found(&finding(Kind::Text));
+        }
+        assert_eq!(forecast.missed(), 3);
+        forecast.begin(Purpose::Check, FileHandle(2));
+        assert_eq!((forecast.missed(), forecast.take_finding()), (0, None));
+    }
+
+    #[test]
+    fn a_finding_that_only_the_job_can_settle_makes_the_rest_a_guess() {
+        let forecast = begun(Purpose::Job);
+        forecast.found(&finding(Kind::OutOfTravel));
+        assert!(!forecast.guesses());
+        forecast.found(&finding(Kind::Unforeseen));
+        assert!(forecast.guesses());
+    }
+
+    #[test]
+    fn work_has_turns_while_it_may_and_has_its_input() {
+        let forecast = SharedForecast::new();
+        forecast.allow(true);
+        assert!(!forecast.has_its_turn() && !forecast.is_under_way(), "there is nothing to do");
+        forecast.begin(Purpose::Job, FileHandle(1));
+        assert!(forecast.has_its_turn() && forecast.is_under_way());
+        forecast.stage.set(Stage::Running);
+        forecast.wanted.replace(Some(Wanted::More));
+        assert!(forecast.wants() && !forecast.has_its_turn());
+        assert_eq!(forecast.take_wanted(), Some(Wanted::More));
+        assert!(forecast.has_its_turn());
+        forecast.allow(false);
+        assert!(!forecast.has_its_turn());
+        forecast.fail("no card");
+        assert!(!forecast.is_under_way() && forecast.stage() == Stage::Failed("no card"));
+    }
+
+    #[test]
+    fn only_a_jobs_course_is_kept_and_known_at_its_end() {
+        let seconds = |purpose: Purpose| {
+            let forecast = begun(purpose);
+            forecast.with_course(|course| {
+                course.line(1);
+                course.waited(5.0);
+            });
+            assert!(forecast.course(|_| ()).is_none(), "it goes on");
+            forecast.course_is_whole();
+            let seconds = forecast.course(|course| course.left(0).seconds(1.0));
+            forecast.forget_course();
+            assert!(forecast.course(|_| ()).is_none());
+            seconds
+        };
+        assert_eq!((seconds(Purpose::Job), seconds(Purpose::Check)), (Some(5.0), None));
+    }
+}
