@@ -355,34 +355,75 @@ fn place(line: usize) -> Place {
     Place { offset: 0, line: line as u32 }
 }
 
-#[test]
-fn every_line_means_what_the_pages_say() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language");
+/// Runs a page, and holds each line against what it says there.
+fn check_page(name: &str) {
+    let path = format!("{FOLDER}/{name}.txt");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let is = run_page(&text);
     // `WRITE_LANGUAGE=1` writes the actual actions into the pages, to be reviewed before a commit.
-    let mut pages = 0;
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let text = std::fs::read_to_string(&path).unwrap();
-        let is = run_page(&text);
-        if std::env::var_os("WRITE_LANGUAGE").is_some() {
-            std::fs::write(&path, &is).unwrap();
-            continue;
-        }
-        for (number, (wanted, got)) in text.lines().zip(is.lines()).enumerate() {
-            assert_eq!(got, wanted, "{}, line {}", path.display(), number + 1);
-        }
-        assert_eq!(text.lines().count(), is.lines().count(), "{}", path.display());
-        pages += 1;
+    if std::env::var_os("WRITE_LANGUAGE").is_some() {
+        std::fs::write(&path, &is).unwrap();
+        return;
     }
-    assert!(pages >= 8 || std::env::var_os("WRITE_LANGUAGE").is_some(), "the pages are not there");
+    let mut title = "";
+    for (number, (wanted, got)) in text.lines().zip(is.lines()).enumerate() {
+        title = wanted.strip_prefix("# ").unwrap_or(title);
+        assert_eq!(got, wanted, "{path}, line {}, of: {title}", number + 1);
+    }
+    assert_eq!(text.lines().count(), is.lines().count(), "{path}");
+}
+
+/// Folder of the pages.
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language");
+
+/// Makes a test of each page, and the list of them.
+macro_rules! pages {
+    ($($page:ident)+) => {
+        const PAGES: &[&str] = &[$(stringify!($page)),+];
+
+        $(
+            #[test]
+            fn $page() {
+                check_page(stringify!($page));
+            }
+        )+
+    };
+}
+
+pages! {
+    curves
+    cycles
+    extruder
+    feed_modes
+    flow
+    homing
+    mills
+    moves
+    offsets
+    order
+    outputs
+    parameters
+    printers
+    program
+    settings
+    smoothie
+    tools
+}
+
+/// A page that is not listed would not be looked at.
+#[test]
+fn every_page_is_a_test() {
+    let files = std::fs::read_dir(FOLDER).unwrap().map(|entry| entry.unwrap().path());
+    let mut names: Vec<String> = files.map(|path| path.file_stem().unwrap().to_string_lossy().into_owned()).collect();
+    names.sort();
+    assert_eq!(names, PAGES);
 }
 
 /// Every code of the table stands on some page.
 #[test]
 fn no_code_is_without_a_line() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language");
     let mut seen = std::collections::BTreeSet::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
+    for entry in std::fs::read_dir(FOLDER).unwrap() {
         let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
         for line in text.lines().filter(|line| !line.starts_with(['#', '@', ' '])) {
             if let Ok(Line::Code(blocks)) = Decoder::new().decode(line.as_bytes()) {

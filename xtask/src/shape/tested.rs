@@ -17,7 +17,11 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("firmware", "virtual-prime/tests"),
 ];
 
-/// Returns the number of tests of a package: in `src`, in `tests` beside it, and elsewhere.
+/// Pages of tests of a package: each title begins a test of its own, on a fresh interpreter, with lines and
+/// what is to come of them.
+const PAGES: &[(&str, &str)] = &[("program", "tests/language")];
+
+/// Returns the number of tests of a package: in `src`, in `tests` beside it, on its pages, and elsewhere.
 pub fn tests(root: &Path, package: &Package) -> Result<usize> {
     let elsewhere = ELSEWHERE.iter().filter(|(name, _)| *name == package.name).map(|(_, folder)| root.join(folder));
     let mut count = package.files.iter().map(|file| count_tests(&file.text)).sum();
@@ -26,7 +30,17 @@ pub fn tests(root: &Path, package: &Package) -> Result<usize> {
             count += count_tests(&fs::read_to_string(&path).with_context(|| path.display().to_string())?);
         }
     }
+    for (_, folder) in PAGES.iter().filter(|(name, _)| *name == package.name) {
+        for page in fs::read_dir(package.folder.join(folder)).with_context(|| (*folder).to_owned())? {
+            count += titles(&fs::read_to_string(page?.path())?);
+        }
+    }
     Ok(count)
+}
+
+/// Returns the number of tests on a page.
+fn titles(page: &str) -> usize {
+    page.lines().filter(|line| line.starts_with("# ")).count()
 }
 
 /// Returns the number of lines of code and comments, tests excepted.
@@ -87,6 +101,11 @@ mod tests {
         assert_eq!(lines(&Package::of("p", &[("lib.rs", text)])), 2);
         let text = "#[cfg(not(test))]\nmod real {\n}\n";
         assert_eq!(lines(&Package::of("p", &[("lib.rs", text)])), 3);
+    }
+
+    #[test]
+    fn each_title_of_a_page_is_a_test() {
+        assert_eq!(titles("# A line\nG1 X1 ; # no title\n    line to X1\n\n# An arc\nG2 X2 I1\n"), 2);
     }
 
     #[test]
