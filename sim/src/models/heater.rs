@@ -70,3 +70,51 @@ impl Heater {
         self.sensor_c = celsius;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP_S: f64 = 1e-3;
+
+    fn after(heater: &mut Heater, seconds: f64, power_share: f64, fan_duty: f64) -> f64 {
+        let steps = (seconds / STEP_S).round() as u32;
+        (0..steps).for_each(|_| heater.pass(STEP_S, power_share, fan_duty, 20.0));
+        heater.body_c()
+    }
+
+    #[test]
+    fn heat_in_and_heat_lost_come_to_balance() {
+        // 32 W against 0.1 W/K, or 0.12 W/K with the fan; the time constant is 120 s.
+        let mut heater = Heater::new(Plant::HOT_END, 20.0);
+        let still = after(&mut heater, 1_500.0, 0.8, 0.0);
+        assert!((still - (20.0 + 32.0 / 0.1)).abs() < 0.01, "{still}");
+        let blown = after(&mut heater, 1_500.0, 0.8, 1.0);
+        assert!((blown - (20.0 + 32.0 / 0.12)).abs() < 0.01, "{blown}");
+    }
+
+    #[test]
+    fn a_cold_body_warms_by_its_capacity_alone_at_first() {
+        let mut heater = Heater::new(Plant::BED, 20.0);
+        let warmed = after(&mut heater, 1.0, 1.0, 0.0) - 20.0;
+        assert!((warmed - 250.0 / 400.0).abs() < 0.002, "{warmed} K in the first second");
+    }
+
+    #[test]
+    fn a_body_without_power_cools_by_its_time_constant() {
+        let mut heater = Heater::new(Plant::HOT_END, 20.0);
+        heater.soak(220.0);
+        // 12 J/K over 0.1 W/K.
+        let left = after(&mut heater, 120.0, 0.0, 0.0) - 20.0;
+        assert!((left - 200.0 / core::f64::consts::E).abs() < 0.05, "{left}");
+    }
+
+    #[test]
+    fn a_sensor_follows_a_ramp_late_by_its_lag() {
+        let plant = Plant { loss_w_per_k: 0.0, ..Plant::HOT_END };
+        let mut heater = Heater::new(plant, 20.0);
+        let body = after(&mut heater, 20.0, 0.5, 0.0);
+        let late_s = (body - heater.sensor_c()) / (0.5 * plant.power_w / plant.capacity_j_per_k);
+        assert!((late_s - plant.sensor_lag_s).abs() < 0.01, "{late_s} s");
+    }
+}

@@ -56,3 +56,29 @@ impl Switch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn switch(side: Side, fault: Fault) -> Switch {
+        Switch { position_mm: 10.0, side, fault, noise_mm: 0.0, noise: TouchNoise::default() }
+    }
+
+    #[test]
+    fn a_switch_is_operated_at_its_place_and_beyond_it() {
+        for (side, below, above) in [(Side::Below, true, false), (Side::Above, false, true)] {
+            let switch = switch(side, Fault::Sound);
+            let operated = [9.999, 10.0, 10.001].map(|place| switch.operated(place));
+            assert_eq!(operated, [below, true, above], "{side:?}");
+        }
+    }
+
+    #[test]
+    fn a_faulty_contact_does_not_see_the_carriage_and_a_bouncing_one_does() {
+        let read = |fault| [0.0, 20.0].map(|place| switch(Side::Above, fault).operated(place));
+        assert_eq!(read(Fault::NeverOperates), [false, false]);
+        assert_eq!(read(Fault::AlwaysOperated), [true, true]);
+        assert_eq!(read(Fault::Bounces), [false, true]);
+    }
+}

@@ -128,3 +128,45 @@ pub(super) fn render(world: &World, outcome: &Outcome) -> String {
     }
     lines(&members, "") + "\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::WorldConfig;
+
+    fn summary(outcome: &Outcome) -> String {
+        render(&World::new(WorldConfig::default()), outcome)
+    }
+
+    #[test]
+    fn a_summary_is_json_with_what_the_run_knows() {
+        let halted = Outcome { lines: 7, halted: Some("it's \"hot\"".into()), ..Outcome::default() };
+        let text = summary(&halted);
+        assert!(text.contains("\n  \"lines\": 7,") && text.contains("\"halted\": \"it's \\\"hot\\\"\""), "{text}");
+        assert!(!text.contains("starved_at_s") && !text.contains(STEP_ERROR), "nobody has looked");
+        let looked = Outcome { starved_ns: Some(vec![1_500_000_000]), ..Outcome::default() };
+        assert!(summary(&looked).contains("\"starved_at_s\": [1.5000]"));
+        assert!(summary(&looked).contains("\"halted\": null"));
+        assert!(!halted.succeeded() && looked.succeeded());
+    }
+
+    #[test]
+    fn a_later_verification_is_as_if_it_had_been_there() {
+        let error = StepError { max_ns: 12.25, rms_ns: 1.5, ..StepError::default() };
+        let before = summary(&Outcome::default());
+        let known = summary(&Outcome { step_error: Some(error), ..Outcome::default() });
+        assert_eq!(with_verification(&before, &Ok(error)), Some(known.clone()));
+        assert_eq!(with_verification(&known, &Ok(error)), Some(known), "a second one takes its place");
+    }
+
+    #[test]
+    fn a_verification_that_fails_is_one_of_the_errors() {
+        let text = |errors: &[&str]| {
+            let errors = errors.iter().map(|error| (*error).to_owned()).collect();
+            summary(&Outcome { errors, ..Outcome::default() })
+        };
+        assert_eq!(with_verification(&text(&[]), &Err("an edge too much".into())), Some(text(&["an edge too much"])));
+        assert_eq!(with_verification(&text(&["a"]), &Err("b".into())), Some(text(&["a", "b"])));
+        assert_eq!(with_verification("no summary", &Err("b".into())), None);
+    }
+}

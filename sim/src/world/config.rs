@@ -358,3 +358,22 @@ fn usual_heaters() -> Vec<HeaterConfig> {
 fn pin_named(name: &str) -> Pin {
     Pin::parse(name).expect("a pin of the board")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pins_are_read_as_they_are_written_without_what_follows() {
+        for port in 0..11 {
+            for number in 0..16 {
+                let pin = Pin { port, number };
+                assert_eq!(Pin::parse(&pin.to_string()), Some(pin));
+                assert_eq!(Pin::parse(&format!("{pin}!^")), Some(pin));
+            }
+        }
+        for name in ["nc", "P", "PA", "PAx", "PL1", "PA16", "pa1", "QA1"] {
+            assert_eq!(Pin::parse(name), None, "{name}");
+        }
+    }
+}

@@ -210,3 +210,69 @@ impl Words<'_> {
         self.object.parse().map_err(not_volts)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Objects that stand for those of the usage text.
+    fn written(spelling: &str) -> String {
+        let objects = [
+            ("HEATER,HEATER", "bed,hotend"),
+            ("HEATER,LEAD", "hotend,minus-to-ground"),
+            ("HEATER,K_PER_S", "hotend,-0.5"),
+            ("HEATER,SHARE", "bed,0.5"),
+            ("HEATER,K", "hotend,3"),
+            ("MOTOR,EVERY", "beta,100"),
+            ("HEATER", "hotend"),
+            ("SWITCH", "minx"),
+            ("MOTOR", "beta"),
+            ("VOLTS", "9.5"),
+            ("FAN", "fan"),
+        ];
+        objects.iter().fold(spelling.to_owned(), |text, (word, object)| text.replace(word, object))
+    }
+
+    #[test]
+    fn every_spelling_is_a_fault_of_its_own() {
+        let (kinds, _) = SPELLING.split_once(", each with").expect("the end of the list");
+        let kinds = kinds.replace(" (force-open, minus-to-ground, plus-to-ground)", "");
+        let mut faults: Vec<Fault> = Vec::new();
+        for spelling in kinds.split_whitespace() {
+            let fault = TimedFault::parse(&written(spelling)).unwrap_or_else(|reason| panic!("{reason}")).fault;
+            assert!(!faults.contains(&fault), "{spelling} is another's");
+            faults.push(fault);
+        }
+        assert!(faults.len() > 30, "the list is not read: {kinds}");
+    }
+
+    #[test]
+    fn objects_and_times_are_read() {
+        let parse = |text: &str| TimedFault::parse(text).unwrap();
+        let weak = Fault::HeaterWeak("bed".into(), 0.25);
+        assert_eq!(parse("heater-weak:bed,0.25@1.5"), TimedFault { at_ns: 1_500_000_000, fault: weak });
+        assert_eq!(parse("motor-supply:9.5"), TimedFault { at_ns: 0, fault: Fault::MotorSupply(9.5) });
+        assert_eq!(parse("driver-prewarn:gamma").fault, Fault::DriverTemperature(Actuator::Gamma, 125));
+        let lead = Fault::SensorLead("bed".into(), Leads::PlusToGround);
+        assert_eq!(parse("sensor-lead:bed,plus-to-ground").fault, lead);
+    }
+
+    #[test]
+    fn a_misspelled_fault_says_what_is_wrong_with_it() {
+        for (text, words) in [
+            ("thermistor-open", "which one?"),
+            ("thermistor-open:bed@soon", "`soon` is not a time"),
+            ("heater-weak:bed", "how much?"),
+            ("heater-weak:bed,much", "how much?"),
+            ("thermistors-swapped:bed", "which two?"),
+            ("driver-silent:omega", "`omega` is not a motor"),
+            ("driver-bit-errors:omega,5", "`omega` is not a motor"),
+            ("sensor-lead:bed,both", "force-open or the like"),
+            ("fet-supply:low", "`low` is not a voltage"),
+            ("fire", "is not one of thermistor-open:HEATER"),
+        ] {
+            let reason = TimedFault::parse(text).expect_err(text);
+            assert!(reason.starts_with(&format!("fault `{text}")) && reason.contains(words), "{reason}");
+        }
+    }
+}

@@ -195,3 +195,29 @@ impl Default for Filament {
         Self { pieces: Vec::new(), plugged: true }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_load_gets_the_mean_of_its_drive_over_a_step_of_the_grid() {
+        let mut load = Load::default();
+        load.set(GRID_NS / 4, 1.0);
+        load.set(GRID_NS / 2, 0.5);
+        assert!((load.finish(GRID_NS) - 0.5).abs() < 1e-12, "a quarter at full drive, a half at half of it");
+        assert!((load.finish(2 * GRID_NS) - 0.5).abs() < 1e-12, "the drive stays");
+        load.set(2 * GRID_NS, 0.0);
+        assert_eq!((load.finish(3 * GRID_NS), load.last), (0.0, 0.0));
+    }
+
+    #[test]
+    fn outputs_have_the_paths_of_the_board() {
+        let of = |name: &str| Path::of(Pin::parse(name));
+        assert_eq!(
+            [of("PE0"), of("PE1"), of("PE3"), of("PD4")],
+            [Path::Switched, Path::Switched, Path::Direct, Path::Header]
+        );
+        assert_eq!(Path::of(None), Path::Header);
+    }
+}

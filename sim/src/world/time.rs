@@ -94,3 +94,42 @@ impl World {
         Self::new(self.config.clone())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::Fault;
+
+    fn fault(at_ns: u64, fault: Fault) -> TimedFault {
+        TimedFault { at_ns, fault }
+    }
+
+    #[test]
+    fn a_fault_comes_with_the_grid_and_not_before_its_time() {
+        let mut world = World::new(WorldConfig::default());
+        let nominal = world.vmotor_v();
+        world.schedule(fault(5 * GRID_NS + 1, Fault::MotorSupply(5.0))).expect("every machine has one");
+        world.schedule(fault(2 * GRID_NS, Fault::MotorSupply(7.0))).expect("every machine has one");
+        let seen = [1, 2, 5, 6].map(|ms| {
+            world.advance(ms * GRID_NS);
+            world.vmotor_v()
+        });
+        assert_eq!(seen, [nominal, 7.0, 7.0, 5.0], "in the order of their times");
+    }
+
+    #[test]
+    fn a_fault_of_a_part_that_is_not_there_is_refused_at_once() {
+        let mut world = World::new(WorldConfig::default());
+        assert!(world.schedule(fault(0, Fault::HeaterDead("chamber".into()))).is_err());
+        assert!(world.schedule(fault(0, Fault::SwitchNeverOperates("door".into()))).is_err());
+        world.advance(GRID_NS);
+    }
+
+    #[test]
+    fn time_does_not_go_back() {
+        let mut world = World::new(WorldConfig::default());
+        world.advance(3 * GRID_NS + 5);
+        world.advance(GRID_NS);
+        assert_eq!(world.now_ns(), 3 * GRID_NS + 5);
+    }
+}
