@@ -316,3 +316,118 @@ fn write_tool<S: Storage>(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::bench::Card;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    fn program() -> Interpreter {
+        Interpreter::new(program::Setup::default())
+    }
+
+    fn save_parameters(card: &mut Card, program: &Interpreter) -> Result<(), StorageError> {
+        let mut saving = SavingParameters::begin(card)?;
+        while saving.step(card, program)? == Progress::More {}
+        Ok(())
+    }
+
+    fn save_tools(card: &mut Card, program: &Interpreter) -> Result<(), StorageError> {
+        let mut saving = SavingTools::begin(card, program)?;
+        while saving.step(card, program)? == Progress::More {}
+        Ok(())
+    }
+
+    fn load(card: &mut Card) -> (Interpreter, Vec<(u32, bool)>) {
+        let (mut program, mut flaws) = (program(), Vec::new());
+        load_tools(card, &mut program, |line, why| flaws.push((line, why.is_some()))).unwrap();
+        (program, flaws)
+    }
+
+    #[test]
+    fn parameters_that_are_saved_are_there_again() {
+        let keeping = || Interpreter::new(program::Setup { keeps_offsets: true, ..program::Setup::default() });
+        let (mut card, mut before) = (Card::default(), keeping());
+        for (number, value) in [(500, 1.5), (5161, -20.0), (600, 1e-9)] {
+            assert!(before.restore_parameter(number, value), "{number}");
+        }
+        save_parameters(&mut card, &before).unwrap();
+        let mut after = keeping();
+        assert_eq!(load_parameters(&mut card, &mut after), Ok(0));
+        let all = |program: &Interpreter| -> Vec<(u16, f64)> {
+            (0..).map_while(|place| program.kept_parameter(place)).collect()
+        };
+        assert_eq!(all(&after), all(&before));
+        assert!(all(&after).contains(&(5161, -20.0)) && card.open_files() == 0);
+    }
+
+    #[test]
+    fn lines_that_are_no_parameters_are_counted_and_blank_ones_are_not() {
+        let text = "500\t1.5\n\n  \n501 2 3\nx 1\n1 5\n502 nan\n5161\n503 4";
+        let (mut card, mut program) = (Card::with(&[(PARAMETERS, text)]), program());
+        assert_eq!(load_parameters(&mut card, &mut program), Ok(5));
+        let kept: Vec<_> = (0..).map_while(|place| program.kept_parameter(place)).collect();
+        assert!(kept.contains(&(500, 1.5)) && kept.contains(&(503, 4.0)), "{kept:?}");
+    }
+
+    #[test]
+    fn a_line_that_holds_no_tool_is_told_by_its_number() {
+        let long = "x".repeat(2_000);
+        let text = std::format!("; tools\nT1 P1 Z10 ; a mill\nT0\n\nT2 Zlong\n{long}\nT1 Z5\nT3 Z7");
+        let (program, flaws) = load(&mut Card::with(&[(TOOLS, &text)]));
+        let numbers: Vec<u16> = program.tools().table().all().iter().map(|tool| tool.number).collect();
+        assert_eq!(numbers, [1, 3]);
+        assert_eq!(flaws, [(3, true), (5, true), (6, false), (7, true)]);
+    }
+
+    /// Sets tools as a program does, by G10 L1.
+    fn set_tools(program: &mut Interpreter, lines: &[&str]) {
+        for line in lines {
+            let mut block = gcode::Block::new(None, 0);
+            assert_eq!(gcode::Blocks::new(line.as_bytes()).read(&mut block, program), Ok(true));
+            let row = program.row(&block, program::Dialect::Smoothie).expect("a code");
+            let done = program.run(&block, row, program::Facts::default(), program::Dialect::Smoothie);
+            assert!(done.is_ok(), "{line}: {done:?}");
+        }
+    }
+
+    #[test]
+    fn a_saved_table_keeps_its_comments_and_ends_with_new_tools() {
+        let long = std::format!("; {}", "y".repeat(400));
+        let text = std::format!("; my tools\nT1 P1 Z10 ; a mill\nno tool\n{long}\nT2 Z3");
+        let mut card = Card::with(&[(TOOLS, &text)]);
+        let (mut program, _) = load(&mut card);
+        set_tools(&mut program, &["G10 L1 P1 Z11.5", "G10 L1 P5 Z2"]);
+        save_tools(&mut card, &program).unwrap();
+        let lines: Vec<String> = card.text(TOOLS).lines().map(ToString::to_string).collect();
+        assert_eq!(lines.len(), 6, "{lines:?}");
+        assert_eq!([&lines[0], &lines[2], &lines[3], &lines[4]], ["; my tools", "no tool", &long, "T2 Z3"]);
+        assert!(lines[1].starts_with("T1 ") && lines[1].contains("Z11.5") && lines[1].ends_with(" ; a mill"));
+        assert!(lines[5].starts_with("T5 ") && lines[5].contains("Z2"), "{}", lines[5]);
+        assert_eq!(card.open_files(), 0);
+    }
+
+    #[test]
+    fn a_table_is_made_where_there_was_none() {
+        let (mut card, mut program) = (Card::default(), program());
+        set_tools(&mut program, &["G10 L1 P7 Z1"]);
+        save_tools(&mut card, &program).unwrap();
+        let (read, flaws) = load(&mut card);
+        assert!(flaws.is_empty());
+        assert_eq!(read.tools().table().all()[0].number, 7);
+    }
+
+    #[test]
+    fn a_card_that_fails_keeps_the_old_files_and_none_open() {
+        let mut card = Card::with(&[(TOOLS, "T1 Z10\n"), (PARAMETERS, "500\t1\n")]);
+        let (mut program, _) = load(&mut card);
+        set_tools(&mut program, &["G10 L1 P1 Z20"]);
+        card.is_full = true;
+        assert_eq!(save_tools(&mut card, &program), Err(StorageError::Full));
+        assert_eq!(save_parameters(&mut card, &program), Err(StorageError::Full));
+        assert_eq!((card.text(TOOLS), card.text(PARAMETERS)), ("T1 Z10\n", "500\t1\n"));
+        assert_eq!(card.open_files(), 0);
+    }
+}

@@ -374,3 +374,6 @@ fn is_saved(storage: &mut impl Storage) -> Option<Ending> {
 fn say_bytes(bytes: &[u8], reply: &mut Reply<'_>) {
     bytes.iter().for_each(|byte| reply.say(format_args!("{}", char::from(*byte))));
 }
+
+#[cfg(test)]
+mod tests;
