@@ -197,6 +197,16 @@ mod tests {
     }
 
     #[test]
+    fn a_factor_of_feed_rates_counts_from_its_line_on() {
+        let mut course = JobTimeline::default();
+        for line in 1..=1_000 {
+            course.line(line);
+            course.set_factor(if line >= 400 { 0.5 } else { 1.0 });
+        }
+        assert_eq!([10, 300, 500, 999, 5_000].map(|line| course.factor_at(line)), [1.0, 1.0, 0.5, 0.5, 0.5]);
+    }
+
+    #[test]
     fn a_move_from_rest_to_rest_takes_what_an_override_makes_of_it() {
         // 10 mm at 20 mm/s and 400 mm/s2.
         let time = |speed: f32| (10.0 / speed - speed / 400.0, 2.0 * speed / 400.0);

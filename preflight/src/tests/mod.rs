@@ -1,6 +1,7 @@
 //! Files read ahead on the sample printer: totals, findings, and calls of the listener.
 
 mod flow;
+mod forecast;
 mod listening;
 mod machine;
 mod moves;

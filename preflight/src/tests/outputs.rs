@@ -81,3 +81,11 @@ fn a_halt_in_the_file_is_not_hidden() {
     assert_eq!(places(&found), [(2, Kind::Unforeseen)]);
     assert!(found[0].what.as_str().contains("M112"));
 }
+
+#[test]
+fn a_result_that_only_the_job_has_is_said_once() {
+    let probe = "[zprobe]\nenable = true\nprobe_pin = PB10\n\n[voltage monitor]";
+    let mut desk = Desk::with(&[("[voltage monitor]", probe)]);
+    let (found, _) = desk.read("G28\nG38.2 Z-1 F100\nG38.2 Z-2\n");
+    assert_eq!(places(&found), [(2, Kind::Unforeseen)], "{found:?}");
+}

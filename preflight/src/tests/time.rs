@@ -78,6 +78,49 @@ fn an_acceleration_that_a_code_asks_for_is_held_against_the_motors() {
     assert_near(alpha, 100.0 / 3_000.0 - 100.0 / 6_000.0);
 }
 
+#[test]
+fn findings_of_speed_name_what_is_limited() {
+    let said =
+        |text: &str| look(&format!("G28\nM104 S200\n{text}\n")).0.iter().map(|f| f.what.as_str().to_owned()).collect();
+    let said: [Vec<String>; 4] = [
+        said("G1 Z20 F6000"),
+        said("M203 X500\nG1 X50 F24000"),
+        said("M203 P20\nG1 X50 Y50 F6000"),
+        said("G1 E10 F90000"),
+    ];
+    for (said, words) in said.iter().zip(["Z is asked", "motor alpha is asked", "the path is asked", "A is asked"]) {
+        assert!(said.len() == 1 && said[0].starts_with(words), "{said:?}, not {words}");
+    }
+}
+
+#[test]
+fn of_two_limits_on_a_slope_the_stricter_one_costs() {
+    // 90 mm along X and 12 mm along Z: the path may have 303 mm/s by X, and 113 mm/s by Z.
+    let (found, totals) = look("G28\nG1 X90 Z12 F60000\n");
+    assert_eq!(places(&found), [(2, Kind::Speed), (2, Kind::Speed)]);
+    assert!(totals.limits[Limit::AxisSpeed(Axis::Z).index()] > 0.01, "{:?}", totals.limits);
+    assert_eq!(totals.limits[Limit::AxisSpeed(Axis::X).index()], 0.0);
+}
+
+#[test]
+fn a_full_circle_meets_the_limits_of_its_axes_though_it_ends_where_it_began() {
+    let (found, totals) = look("G28\nM203 X20 Y20\nG1 X60 Y60 F600\nG2 I20 F6000\n");
+    assert!(places(&found).contains(&(4, Kind::Speed)), "{found:?}");
+    assert!(totals.lost_seconds() > 1.0, "{:?}", totals.limits);
+}
+
+#[test]
+fn a_limit_of_flow_costs_the_moves_that_feed() {
+    let text = "G28\nM200 D1.75\nM203 V5\nM104 S200\nG91\nG1 X10 E20 F3000\nG1 X30 F3000\n";
+    let (found, totals) = look(text);
+    assert_eq!(places(&found), [(6, Kind::Speed)]);
+    assert!(found[0].what.as_str().ends_with("limited to 5.0 mm3/s"), "{}", found[0].what.as_str());
+    let flow = totals.limits[Limit::Flow.index()];
+    assert!(flow > 1.0 && (totals.lost_seconds() - flow).abs() < 1e-3, "{:?}", totals.limits);
+    // Filament alone, and filament that is drawn back, is no flow.
+    assert_eq!(look("G28\nM200 D1.75\nM203 V5\nM104 S200\nG91\nG1 X10 E-9 F3000\n").1.limits[Limit::Flow.index()], 0.0);
+}
+
 fn told(text: &str) -> Vec<String> {
     let mut desk = Desk::new();
     let (_, totals) = desk.read(text);
