@@ -301,6 +301,14 @@ mod tests {
     }
 
     #[test]
+    fn a_cancelled_sender_hears_it_twice_and_nothing_else() {
+        let mut receiver = Receiver::new(NOW);
+        assert_eq!(receiver.wait(NOW), Event::Nothing);
+        receiver.cancel();
+        assert_eq!(receiver.take_answer(), [CAN, CAN]);
+    }
+
+    #[test]
     fn files_come_one_behind_the_other() {
         let mut receiver = Receiver::new(NOW);
         assert_eq!(receiver.wait(NOW), Event::Nothing);

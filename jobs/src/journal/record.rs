@@ -277,6 +277,12 @@ mod tests {
     }
 
     #[test]
+    fn nothing_has_moved_since_an_entry_that_waits() {
+        let waits = [Doing::Job, Doing::Waits, Doing::WaitsAnywhere, Doing::Passes].map(Doing::waits);
+        assert_eq!(waits, [false, true, true, false]);
+    }
+
+    #[test]
     fn a_file_comes_back() {
         let path = Path::try_from("/sd/parts/gear ö.gcode").unwrap();
         let mut file = PlayedFile { path, size: 7, written: 9, check: 11, machine: 13, dialect: 2 };

@@ -92,3 +92,28 @@ fn the_boot_file_is_played_once_and_need_not_be_there() {
         assert!(!jobs.is_playing(), "once");
     }
 }
+
+#[test]
+fn a_file_is_read_in_its_own_dialect_or_in_the_one_that_is_forced() {
+    let (mut jobs, _) = open("G28\n", Listeners::default());
+    assert_eq!(jobs.dialect(), Some(Dialect::Smoothie));
+    jobs.read_as(Dialect::Marlin);
+    assert_eq!(jobs.dialect(), Some(Dialect::Marlin));
+    let (mut forced, mut card) = (Jobs::new(Some(Dialect::Grbl)), Card::with(&[("/sd/a.g", "G28\n")]));
+    forced.open(&Texts::new(), "/sd/a.g", Listeners::default(), &mut card, Micros(0)).unwrap();
+    assert_eq!(forced.dialect(), Some(Dialect::Grbl), "before a look at the file");
+}
+
+#[test]
+fn a_job_that_waits_for_its_operator_goes_on_by_him_and_once() {
+    let (mut jobs, mut card) = open("G28\n", Listeners::default());
+    assert!(!jobs.operator_is_done() && jobs.is_playing());
+    jobs.wait_for_operator();
+    assert!(jobs.waits_for_operator() && !jobs.is_playing() && jobs.is_open());
+    assert!(jobs.operator_is_done() && jobs.is_playing() && !jobs.operator_is_done());
+    jobs.wait_for_operator();
+    assert!(jobs.set_paused(true));
+    assert!(!jobs.waits_for_operator(), "a pause is another wait");
+    jobs.close(&mut card);
+    assert!(!jobs.set_paused(false) && !jobs.is_open());
+}
