@@ -32,8 +32,8 @@ impl Typed {
         Self { down, intake: Intake::new() }
     }
 
-    /// Moves typed bytes to the inbox. Bytes without room wait at the probe. Returns whether there were any, or
-    /// the user has gone.
+    /// Moves typed bytes to the inbox. Bytes without room wait at the probe. Returns whether there were any,
+    /// or the user has gone.
     pub fn look(&mut self, inbox: &Inbox) -> bool {
         let has_left = LEFT.swap(false, Ordering::Relaxed);
         if has_left {

@@ -85,8 +85,8 @@ impl FlowWord {
 /// Greatest number of letters that [`pack`] tells apart.
 const MOST_PACKED: usize = 12;
 
-/// Puts letters into a number, five bits each, the same for both cases: words are told apart by one comparison
-/// each.
+/// Puts letters into a number, five bits each, the same for both cases: words are told apart by one
+/// comparison each.
 const fn pack(letters: &[u8]) -> u64 {
     let (mut packed, mut place) = (0, 0);
     while place < letters.len() {

@@ -1,11 +1,11 @@
-//! Words with plain numbers, ` X12.5`: nearly all words of a program. They are read here in one pass over their
-//! bytes; what is anything else is left where it begins, for the scanner to read or to refuse.
+//! Words with plain numbers, ` X12.5`: nearly all words of a program. They are read here in one pass over
+//! their bytes; what is anything else is left where it begins, for the scanner to read or to refuse.
 
 use crate::block::Block;
 use crate::number::{POWERS_OF_TEN, SHORT};
 
-/// Reads words from a place of the line on into the block, up to the first that is no plain one, or is another
-/// command. Returns the place behind them.
+/// Reads words from a place of the line on into the block, up to the first that is no plain one, or is
+/// another command. Returns the place behind them.
 ///
 /// Not inlined: everything it needs is in registers then.
 #[inline(never)]

@@ -66,8 +66,8 @@ impl Recipient {
 pub struct Sessions {
     sessions: [Session; MAX_SESSIONS],
     count: usize,
-    /// Whether a session may have a line, output or anything else to be looked at. Mostly none has while a file
-    /// is played, and each of its lines would look at all.
+    /// Whether a session may have a line, output or anything else to be looked at. Mostly none has while a
+    /// file is played, and each of its lines would look at all.
     is_stirred: bool,
     /// Whether no session had any at the last look.
     were_silent: bool,
