@@ -5,8 +5,8 @@ use base::needs::needs;
 use base::sessions::{LineBytes, Recipient};
 use base::{Ports, World};
 use gcode::{Block, Blocks, Code, Letter, WholeLine};
-use jobs::player::Name;
-use program::{Action, Effect, LineParts, Meaning, State, States};
+use jobs::player::{Jobs, Name};
+use program::{Action, Effect, Interpreter, LineParts, Meaning, State, States};
 
 use super::actions;
 use super::answers::{bad_line, finish};
@@ -67,8 +67,7 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
             Ok(false) => break machine.program.end_line().err().map(|fault| actions::failed_by(machine, &fault)),
             Err(error) => {
                 machine.program.drop_line();
-                let (line, _) = blocks.place();
-                return bad_line(machine, error, line, source);
+                return bad_line(machine, error, blocks.place().0, source);
             }
         }
         last = block.code;
@@ -87,18 +86,8 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
             }
         };
         is_first = false;
-        match outcome {
-            Ok(now) if is_settled(&now, source) => answer = now,
-            Ok(_) => match ignored_codes::settle(
-                machine.world.texts,
-                &mut machine.jobs,
-                &machine.program,
-                &block,
-                source.dialect,
-            ) {
-                Ok(now) => answer = now,
-                Err(failure) => break Some(failure),
-            },
+        match settled(outcome, &machine.world, &mut machine.jobs, &machine.program, &block, source) {
+            Ok(now) => answer = now,
             Err(failure) => {
                 machine.frames.drop_down_to(height);
                 break Some(failure);
@@ -112,10 +101,7 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
             }
         }
     };
-    match failed {
-        None => finish(machine, Ok(answer), last, source),
-        Some(failure) => finish(machine, Err(failure), last, source),
-    }
+    finish(machine, failed.map_or(Ok(answer), Err), last, source);
 }
 
 /// Runs the codes of a line in RS-274's order, from this place of that order on, and answers the line. False
@@ -172,12 +158,7 @@ fn run_parts<P: Ports>(
         let height = machine.frames.len();
         let block = whole.part(part.code, |letter| part.takes(letter));
         let outcome = run_block(machine, block, source);
-        let outcome = match outcome {
-            Ok(now) if !is_settled(&now, source) => {
-                ignored_codes::settle(machine.world.texts, &mut machine.jobs, &machine.program, block, source.dialect)
-            }
-            outcome => outcome,
-        };
+        let outcome = settled(outcome, &machine.world, &mut machine.jobs, &machine.program, block, source);
         match outcome {
             Ok(now) => answer = now,
             Err(failure) => {
@@ -221,10 +202,21 @@ fn wait<S>(
     Err(Failure::refused(&"scripts start each other without end"))
 }
 
-/// Whether a line goes on after such an answer. Codes of a file that the machine does not carry out are
-/// looked at once more.
-const fn is_settled(answer: &Answer, source: Source) -> bool {
-    !matches!((answer, source.origin), (Answer::Unknown | Answer::PassedOver, Origin::Job))
+/// Returns the outcome of a code. One of a file that the machine does not carry out is looked at once more.
+fn settled<P>(
+    outcome: Outcome,
+    world: &World<'_, P>,
+    jobs: &mut Jobs,
+    program: &Interpreter,
+    block: &Block<'_>,
+    source: Source,
+) -> Outcome {
+    match (outcome, source.origin) {
+        (Ok(Answer::Unknown | Answer::PassedOver), Origin::Job) => {
+            ignored_codes::settle(world.texts, jobs, program, block, source.dialect)
+        }
+        (outcome, _) => outcome,
+    }
 }
 
 /// Progress of a command that has not waited yet.
