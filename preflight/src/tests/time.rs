@@ -95,11 +95,19 @@ fn findings_of_speed_name_what_is_limited() {
 
 #[test]
 fn of_two_limits_on_a_slope_the_stricter_one_costs() {
-    // 90 mm along X and 12 mm along Z: the path may have 303 mm/s by X, and 113 mm/s by Z.
-    let (found, totals) = look("G28\nG1 X90 Z12 F60000\n");
+    // 60 mm along X and 80 mm along Z: the path may have 500 mm/s by X, and 18.75 mm/s by Z.
+    let (found, totals) = look("G28\nG1 X60 Z80 F60000\n");
     assert_eq!(places(&found), [(2, Kind::Speed), (2, Kind::Speed)]);
     assert!(totals.limits[Limit::AxisSpeed(Axis::Z).index()] > 0.01, "{:?}", totals.limits);
     assert_eq!(totals.limits[Limit::AxisSpeed(Axis::X).index()], 0.0);
+}
+
+#[test]
+fn an_axis_that_stands_limits_nothing_wherever_it_is() {
+    let (found, totals) = look("G28\nG1 X100 Z50 F600\nG1 X200 F60000\n");
+    assert_eq!(places(&found), [(3, Kind::Speed)]);
+    assert!(totals.limits[Limit::AxisSpeed(Axis::X).index()] > 0.0, "{:?}", totals.limits);
+    assert_eq!(totals.limits[Limit::AxisSpeed(Axis::Z).index()], 0.0);
 }
 
 #[test]
