@@ -197,6 +197,17 @@ mod tests {
     }
 
     #[test]
+    fn rapids_and_waits_take_their_time_whatever_the_override() {
+        let mut course = JobTimeline::default();
+        course.line(1);
+        course.moved(2.0, 0.5, false);
+        course.waited(1.5);
+        for factor in [0.25, 1.0, 2.0] {
+            assert_eq!(course.left(0).seconds(factor), 4.0, "{factor}");
+        }
+    }
+
+    #[test]
     fn a_factor_of_feed_rates_counts_from_its_line_on() {
         let mut course = JobTimeline::default();
         for line in 1..=1_000 {
