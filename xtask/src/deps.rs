@@ -166,33 +166,8 @@ const PURE: &[&str] = &[
     "usb",
 ];
 
-/// Crates that never wait, for whoever calls them does, or wait by a call.
-const SYNCHRONOUS: &[&str] = &[
-    "units",
-    "events",
-    "gcode",
-    "program",
-    "config",
-    "motion",
-    "tmc",
-    "drivers",
-    "card",
-    "usb",
-    "update",
-    "storage",
-    "thermal",
-    "base",
-    "parts",
-    "jobs",
-    "procedures",
-    "preflight",
-    "machine",
-    "driver-bank",
-    "sensor-bank",
-    "bsp-prime",
-    "boot",
-    "firmware",
-];
+/// Crates of the board itself. Neither they nor the pure crates wait but by a call: whoever calls them does.
+const OF_THE_BOARD: &[&str] = &["bsp-prime", "boot", "firmware"];
 /// The look ahead at a file, which has to be able to stop in the middle of a line.
 const FUTURES: &[&str] = &["preflight/src/"];
 
@@ -215,7 +190,7 @@ pub fn check(root: &Path) -> Result<()> {
         faults.extend(dependency_faults(&manifest.name, &manifest.dependencies));
     }
     faults.extend(sources::faults(root, PURE)?);
-    faults.extend(sources::waiting(root, SYNCHRONOUS, FUTURES)?);
+    faults.extend(sources::waiting(root, &[PURE, OF_THE_BOARD].concat(), FUTURES)?);
     for package in package::all(root)? {
         let structure = Structure::read(&package);
         faults.extend(circles::faults(&package, &structure));
