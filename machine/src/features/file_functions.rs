@@ -3,7 +3,7 @@
 use base::bed::Bed;
 use base::failure::{Answer, Failure, Outcome};
 use base::sessions::{Periodic, Recipient, Reply};
-use base::{Ports, World};
+use base::{CodeContext, Ports, World};
 use events::{Event, Text};
 use jobs::files::{self, Files, listings};
 use jobs::journal::Journal;
@@ -83,7 +83,8 @@ pub(crate) fn file_or_job<'c>(
         }
         FileFunction::DeleteGrid => {
             let Stored { bed, world: World { ports, sessions, config, texts }, .. } = hands.stored();
-            leveling::delete(texts, config, ports, bed, words, &mut Reply::new(sessions, to))
+            let reply = &mut Reply::new(sessions, to);
+            leveling::delete(CodeContext { texts, ports, config, words, reply }, bed)
         }
         FileFunction::ForgetSettings => {
             let World { ports, sessions, texts, .. } = hands.world();

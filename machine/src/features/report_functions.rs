@@ -2,10 +2,9 @@
 
 use base::axes::Axes;
 use base::failure::{Answer, Outcome};
-use base::ports::HeatPort as _;
 use base::sessions::{Listing, Recipient, Reply};
 use base::tuning::Tuning;
-use base::{Ports, World};
+use base::{CodeContext, Ports, World};
 use parts::fans::Fans;
 use parts::filament::{Filament, Width};
 use parts::heat_codes;
@@ -56,8 +55,7 @@ pub(crate) fn report<'c>(
     let Reported { world, program, axes, tuning, filament, filament_width, fans, settings_loaded } = hands.reported();
     let dialect = world.sessions.dialect_of(to);
     let World { ports, sessions, config, texts } = &mut *world;
-    let reply = &mut Reply::new(sessions, to);
-    let code = words.code();
+    let code = CodeContext { texts, ports, config, words, reply: &mut Reply::new(sessions, to) };
     match asked {
         Report::ReportFans => {
             automatic_outputs::report_fans(world, fans, to);
@@ -65,35 +63,32 @@ pub(crate) fn report<'c>(
         }
         Report::ReportTemperatures => {
             // The line begins with its `ok`.
-            heat_codes::report_temperatures(ports, config, code.number, ("ok ", reply));
+            heat_codes::report_temperatures(code.ports, config, words.code().number, ("ok ", code.reply));
             Ok(Answer::Said)
         }
-        Report::ReportPosition => reports::position(ports, config, program, (dialect, words), reply),
+        Report::ReportPosition => reports::position(code, program, dialect),
         Report::ReportFirmware => {
-            reports::firmware(ports, config, dialect, reply);
+            reports::firmware(code.ports, config, dialect, code.reply);
             Ok(Answer::Ok)
         }
         Report::ReportSwitches => {
-            reports::end_switches(ports, config, tuning, reply);
+            reports::end_switches(code.ports, config, tuning, code.reply);
             Ok(Answer::Ok)
         }
         Report::ReportHoming => {
-            arms::report_homing(config, axes, reply);
+            arms::report_homing(config, axes, code.reply);
             Ok(Answer::Ok)
         }
-        Report::FilamentDiameter => reports::filament_diameter(texts, config, program.tools(), words, reply),
-        Report::FlowFactor => reports::flow_factor(texts, config, program.tools(), words, reply),
+        Report::FilamentDiameter => reports::filament_diameter(code, program.tools()),
+        Report::FlowFactor => reports::flow_factor(code, program.tools()),
         Report::SayToAll => {
             let (prefix, text) = program::said_by_m118(words.text().unwrap_or(""));
             sessions.say(Recipient::All, format_args!("{prefix}{text}\n"));
             Ok(Answer::Ok)
         }
-        Report::FilamentDetector => parts::filament::told((filament, filament_width), config, tuning, words, reply),
-        Report::FilamentWidth => {
-            let readings = ports.heat(|heat| heat.filament_width());
-            parts::filament::told_of_width(filament_width, readings, config, tuning, words, reply)
-        }
-        Report::FilamentLengths => Ok(filament::lengths(tuning, words, reply)),
+        Report::FilamentDetector => parts::filament::told(code, (filament, filament_width), tuning),
+        Report::FilamentWidth => parts::filament::told_of_width(code, filament_width, tuning),
+        Report::FilamentLengths => Ok(filament::lengths(tuning, words, code.reply)),
         Report::RetractSettings | Report::RecoverSettings => Ok(Answer::Ok),
         Report::DriverStatus => long_answers::describe_drivers(world, words, to),
         Report::ShowMap => long_answers::begin(world, Listing::Map { line: 0 }, to),

@@ -1,8 +1,9 @@
 //! M404 to M407 and M412: the filament detector with Smoothieware v2's codes, and the filament width sensor
 //! with Marlin's and Klipper's.
 
+use base::CodeContext;
 use base::failure::{Answer, Failure, Outcome};
-use base::ports::SensorReading;
+use base::ports::HeatPort;
 use base::sessions::Reply;
 use base::tuning::Tuning;
 use config::MachineConfig;
@@ -18,11 +19,9 @@ use super::width::{Width, raw_of};
 /// # Errors
 /// For words of a part that is not there.
 pub fn told(
+    CodeContext { config, words, reply, .. }: CodeContext<'_, impl HeatPort>,
     (filament, width): (&mut Filament, &mut Width),
-    config: &MachineConfig,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     if !(config.filament_detector.enable || config.filament_width.enable) {
         return Ok(Answer::Unknown);
@@ -57,14 +56,12 @@ pub fn told(
 /// # Errors
 /// When there is no width sensor.
 pub fn told_of_width(
+    CodeContext { ports, config, words, reply, .. }: CodeContext<'_, impl HeatPort>,
     width: &mut Width,
-    readings: [SensorReading; 2],
-    config: &MachineConfig,
     tuning: &mut Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
 ) -> Outcome {
     needs_sensor(config)?;
+    let readings = ports.heat(|heat| heat.filament_width());
     let sensor = &mut tuning.filament_width;
     let code = words.code();
     match (code.number, code.subcode) {

@@ -1,5 +1,6 @@
 //! Reports of the machine's position and of its switches: M114, `get pos`, M119.
 
+use base::CodeContext;
 use base::failure::{Answer, Outcome};
 use base::ports::{Input, Inputs, MotionPort};
 use base::sessions::Reply;
@@ -15,13 +16,8 @@ use super::{Line, add, auxiliary_axes, free_axes};
 ///
 /// # Errors
 /// None; an unknown subcode is [`Answer::Unknown`].
-pub fn position(
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
-    program: &Interpreter,
-    (dialect, words): (Dialect, &Words<'_>),
-    reply: &mut Reply<'_>,
-) -> Outcome {
+pub fn position(code: CodeContext<'_, impl MotionPort>, program: &Interpreter, dialect: Dialect) -> Outcome {
+    let CodeContext { ports, config, words, reply, .. } = code;
     let (modal, subcode) = (program.modal(), words.code().subcode);
     if subcode == 0 && !matches!(dialect, Dialect::Smoothie | Dialect::Grbl) {
         return Ok(printers_position(ports, program, (dialect, words), reply));

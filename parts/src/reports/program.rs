@@ -1,10 +1,11 @@
 //! Reports of the program's modes and offsets: `$G`, `$#`, M200, M221.
 
-use base::failure::{Answer, Outcome, Texts};
+use base::CodeContext;
+use base::failure::{Answer, Outcome};
 use base::needs::failure_of;
 use base::sessions::Reply;
 use config::MachineConfig;
-use program::{Interpreter, Tools, Words, write_system_name};
+use program::{Interpreter, Tools, write_system_name};
 use units::Plane;
 
 use super::status::requested_rate;
@@ -84,13 +85,8 @@ fn work_system(program: &Interpreter, reply: &mut Reply<'_>) {
 ///
 /// # Errors
 /// When P names an extruder that does not exist.
-pub fn filament_diameter(
-    texts: &Texts,
-    config: &MachineConfig,
-    tools: &Tools,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
+pub fn filament_diameter<P>(code: CodeContext<'_, P>, tools: &Tools) -> Outcome {
+    let CodeContext { texts, config, words, reply, .. } = code;
     let tool = tools.selected(words).map_err(|fault| failure_of(texts, config, &fault, false))?;
     match tool.settings.filament_diameter {
         Some(diameter) => reply.say(format_args!("Filament Diameter: {diameter:.6}\n")),
@@ -103,13 +99,8 @@ pub fn filament_diameter(
 ///
 /// # Errors
 /// When P names an extruder that does not exist.
-pub fn flow_factor(
-    texts: &Texts,
-    config: &MachineConfig,
-    tools: &Tools,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
+pub fn flow_factor<P>(code: CodeContext<'_, P>, tools: &Tools) -> Outcome {
+    let CodeContext { texts, config, words, reply, .. } = code;
     let tool = tools.selected(words).map_err(|fault| failure_of(texts, config, &fault, false))?;
     reply.say(format_args!("Flow rate at {:6.2} %\n", tool.flow * 100.0));
     Ok(Answer::Ok)

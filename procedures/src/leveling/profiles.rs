@@ -1,12 +1,11 @@
 //! Meshes on the card: M374 saves, M374.1 deletes, M374.2 lists, M375 loads. A mesh with a name is a file of
 //! text; a mesh without has Smoothieware's format.
 
+use base::CodeContext;
 use base::bed::{Bed, MeshName};
 use base::failure::{Answer, Failure, FailureKind, Outcome, Texts};
 use base::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Storage, StorageError, Wake};
 use base::safe_file::{self, Draft};
-use base::sessions::Reply;
-use config::MachineConfig;
 use heapless::Vec;
 use motion::GridShape;
 use program::Words;
@@ -81,17 +80,11 @@ fn write<'c>(hands: &mut impl Hands<'c>, path: &str, shape: &GridShape) -> Resul
 ///
 /// # Errors
 /// When there is no such mesh, or the card refuses.
-pub fn delete(
-    texts: &Texts,
-    config: &MachineConfig,
-    storage: &mut impl Storage,
-    bed: &mut Bed,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
-    let Some(name) = name_in(texts, words)? else { return grid_file::delete_grid(texts, config, storage, reply) };
+pub fn delete(code: CodeContext<'_, impl Storage>, bed: &mut Bed) -> Outcome {
+    let CodeContext { texts, ports, config, words, reply } = code;
+    let Some(name) = name_in(texts, words)? else { return grid_file::delete_grid(texts, config, ports, reply) };
     let path = path_of(&name);
-    safe_file::remove(storage, &path).map_err(|error| texts.about_file(&path, error.text()))?;
+    safe_file::remove(ports, &path).map_err(|error| texts.about_file(&path, error.text()))?;
     if bed.mesh_name == name {
         // The mesh stays in force, but M500 has no file any more to load it from.
         bed.mesh_name = MeshName::default();
