@@ -1,7 +1,7 @@
 //! The table of console commands: name, arguments and help text. `help`, `-h` and the documentation use the
 //! table.
 
-use crate::state::States;
+use crate::states::States;
 
 /// What a console command asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,10 +8,10 @@ use gcode::expression::Name;
 use heapless::Vec;
 
 use crate::fault::{Fault, Problem};
+use crate::flow::memory::LOCALS;
 use crate::flow::{Change, Flow, FlowFault, FlowProblem, Next, Place};
 use crate::interpreter::Interpreter;
 use crate::meaning::modes;
-use crate::memory::LOCALS;
 use crate::parameters;
 
 impl Interpreter {

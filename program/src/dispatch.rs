@@ -5,15 +5,15 @@ use heapless::Vec;
 use units::SwitchId;
 
 use crate::action::Effect;
-use crate::auxiliary::Spindle;
-use crate::claims::{Claim, MOST_CLAIMS};
 use crate::codes::{self, CodeInfo, Handler};
 use crate::context::{Context, Facts, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::function::Function;
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat};
-use crate::setup::PulseSetup;
+use crate::state::auxiliary::Spindle;
+use crate::state::claims::{Claim, MOST_CLAIMS};
+use crate::state::setup::PulseSetup;
 use crate::words::Words;
 use crate::words_not_taken;
 use gcode::Dialect;

@@ -4,10 +4,10 @@
 use units::{MmPerSecond, Plane};
 
 use crate::action::Corner;
-use crate::auxiliary::Auxiliary;
-use crate::cycle::Retract;
 use crate::interpreter::Interpreter;
-use crate::modal::{FeedMode, Modal, MotionMode};
+use crate::state::auxiliary::Auxiliary;
+use crate::state::cycle::Retract;
+use crate::state::modal::{FeedMode, Modal, MotionMode};
 
 /// Number of bytes of a saved state.
 pub const BEGINNING_BYTES: usize = 475;
@@ -73,7 +73,7 @@ fn go_through(program: &mut Interpreter, fields: &mut Fields<'_>) -> bool {
     }
     fields.numbers(core::slice::from_mut(&mut modal.thermal_z));
     fields.numbers(&mut program.position.0);
-    let mut tools = [[0.0, 1.0, f64::NAN]; crate::tools::MAX_TOOLS];
+    let mut tools = [[0.0, 1.0, f64::NAN]; crate::state::tools::MAX_TOOLS];
     for (kept, tool) in tools.iter_mut().zip(&program.tools.tools) {
         *kept = [tool.e, tool.flow, tool.retracted.unwrap_or(f64::NAN)];
     }
@@ -148,7 +148,7 @@ pub fn set_flow(program: &mut Interpreter, flow: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::setup::Setup;
+    use crate::state::setup::Setup;
 
     #[test]
     fn a_beginning_is_come_back_to() {

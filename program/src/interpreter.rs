@@ -6,21 +6,21 @@ use heapless::{Deque, Vec};
 use units::{Axis, ControlPoint, MmPerSecond, PerAxis};
 
 use crate::action::{Action, Corner, Effect, Move, Rate, Shape};
-use crate::auxiliary::Spindle;
-use crate::claims::{Claim, MOST_CLAIMS};
+use crate::cycles::holes::Next;
 use crate::cycles::{Cycles, LeftHole, Series, ToCome};
 use crate::flow::Flow;
-use crate::holes::Next;
-use crate::left_out_objects::LeftOut;
-use crate::memory::Memory;
-use crate::modal::{Modal, MotionMode, Saved};
-use crate::park::ParkPosition;
-use crate::rotation::Rotations;
-use crate::saved_modes::SavedFrames;
-use crate::setup::{HeaterSetup, Setup};
-use crate::splines::Splines;
-use crate::tool_table::ToolTable;
-use crate::tools::Tools;
+use crate::flow::memory::Memory;
+use crate::state::auxiliary::Spindle;
+use crate::state::claims::{Claim, MOST_CLAIMS};
+use crate::state::left_out_objects::LeftOut;
+use crate::state::modal::{Modal, MotionMode, Saved};
+use crate::state::park::ParkPosition;
+use crate::state::rotation::Rotations;
+use crate::state::saved_modes::SavedFrames;
+use crate::state::setup::{HeaterSetup, Setup};
+use crate::state::splines::Splines;
+use crate::state::tool_table::ToolTable;
+use crate::state::tools::Tools;
 
 /// Greatest depth of states saved by M120.
 const SAVED_STATES: usize = 8;

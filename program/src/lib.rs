@@ -13,13 +13,10 @@
 
 mod action;
 mod action_text;
-mod auxiliary;
-mod claims;
 pub mod codes;
 pub mod commands;
 mod context;
 mod control_flow;
-mod cycle;
 mod cycles;
 mod dispatch;
 pub mod dry_run;
@@ -28,30 +25,19 @@ mod fault;
 mod file_start;
 mod flow;
 mod function;
-mod holes;
 mod interpreter;
-mod left_out_objects;
 mod lights;
 mod meaning;
-mod memory;
-mod modal;
 mod named_parameters;
 mod order;
 mod parameters;
-mod park;
 mod program_copy;
 mod remark;
 mod resume;
-mod rotation;
-mod saved_modes;
 mod script_modes;
-mod setup;
 pub mod speed_factor;
-mod splines;
 mod state;
-mod thread_passes;
-mod tool_table;
-mod tools;
+mod states;
 mod word;
 mod words;
 mod words_not_taken;
@@ -60,11 +46,8 @@ pub use action::{
     Action, AwaitInput, Centre, Contact, Corner, Effect, InputEvent, Move, Pause, ProbeAlong, ProbeDown, Rate, Shape,
     Turning,
 };
-pub use auxiliary::{Auxiliary, Spindle};
-pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};
-pub use cycle::{Cycle, Retract};
 pub use cycles::{LeftHole, ToCome};
 pub use fault::{Fault, Part, Problem};
 pub use file_start::{BEGINNING_BYTES, begin_again, beginning, set_flow, standing};
@@ -75,17 +58,20 @@ pub use interpreter::{Interpreter, Kept};
 pub use lights::{LightChange, Lights};
 pub use meaning::objects;
 pub use meaning::printers::said_by_m118;
-pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
-pub use park::ParkPosition;
 pub use program_copy::copy_program;
 pub use remark::{Remark, write_values};
 pub use resume::{go_on_from, same_work_place, take_up_tool};
 pub use script_modes::{OperatorModes, ScriptModes};
-pub use setup::{
+pub use state::auxiliary::{Auxiliary, Spindle};
+pub use state::claims::{Claim, Claims};
+pub use state::cycle::{Cycle, Retract};
+pub use state::modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
+pub use state::park::ParkPosition;
+pub use state::setup::{
     CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
 };
-pub use state::{State, States};
-pub use tool_table::{MOST_TOOLS, ToolEntry, ToolLineFlaw, ToolTable};
-pub use tools::{MAX_TOOLS, Tool, Tools};
+pub use state::tool_table::{MOST_TOOLS, ToolEntry, ToolLineFlaw, ToolTable};
+pub use state::tools::{MAX_TOOLS, Tool, Tools};
+pub use states::{State, States};
 pub use words::Words;

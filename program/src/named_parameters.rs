@@ -3,11 +3,11 @@
 
 use units::Axis;
 
-use crate::auxiliary::Spindle;
-use crate::cycle::Retract;
 use crate::interpreter::Interpreter;
-use crate::modal::{FeedMode, MotionMode};
 use crate::parameters::coordinate;
+use crate::state::auxiliary::Spindle;
+use crate::state::cycle::Retract;
+use crate::state::modal::{FeedMode, MotionMode};
 
 /// Parses a part of the version from `Cargo.toml`.
 const fn part(text: &str) -> f64 {

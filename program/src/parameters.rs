@@ -5,8 +5,8 @@ use gcode::{Parameter, Parameters, Problem};
 use units::{Axis, PerAxis};
 
 use crate::interpreter::Interpreter;
-use crate::modal::Modal;
 use crate::named_parameters::predefined;
+use crate::state::modal::Modal;
 
 /// Distance between the parameters of two coordinate systems.
 const SYSTEM_STRIDE: u16 = 20;

@@ -4,8 +4,8 @@
 use units::{MmPerSecond, Plane};
 
 use crate::interpreter::Interpreter;
-use crate::modal::{FeedMode, Modal, MotionMode};
 use crate::resume;
+use crate::state::modal::{FeedMode, Modal, MotionMode};
 
 /// Modes of the program while a script runs. Offsets and coordinate systems are not included, because a
 /// script may be there to set them.

@@ -26,7 +26,7 @@ mod varying;
 
 use gcode::{Code, Letter};
 
-use crate::claims::Claim;
+use crate::state::claims::Claim;
 pub use crate::word::{Bounds, Doc, Unit, WordInfo};
 use gcode::Dialect;
 #[cfg(feature = "docs")]

@@ -6,7 +6,7 @@ use crate::context::{Context, Meaning};
 use crate::fault::{Fault, Part};
 use crate::function::Function;
 use crate::interpreter::Interpreter;
-use crate::state::States;
+use crate::states::States;
 use crate::word::{Bounds, Doc, WordInfo, doc};
 use crate::words::{Lengths, Words};
 

@@ -5,15 +5,15 @@ use gcode::Code;
 use units::{Axis, Micros, PerAxis};
 
 use crate::action::{Corner, Rate};
-use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
-use crate::cycle::{Cycle, Retract, drilling_axis};
 use crate::cycles::Series;
+use crate::cycles::holes::{Holes, Plan, Rates, Turn};
 use crate::fault::{Fault, Problem};
-use crate::holes::{Holes, Plan, Rates, Turn};
 use crate::interpreter::Interpreter;
 use crate::meaning::moves;
-use crate::modal::{FeedMode, MotionMode};
+use crate::state::auxiliary::Spindle;
+use crate::state::cycle::{Cycle, Retract, drilling_axis};
+use crate::state::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
 /// Limit of pecks; more indicate a mistake in Q.

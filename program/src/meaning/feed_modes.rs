@@ -7,7 +7,7 @@ use crate::context::{Context, Meaning};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{cycles, moves};
-use crate::modal::{FeedMode, MotionMode};
+use crate::state::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
 /// Letters of words that make a move.

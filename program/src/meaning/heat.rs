@@ -4,11 +4,11 @@ use gcode::Code;
 use units::{Celsius, HeaterId, ToolId};
 
 use crate::action::{Action, Effect};
-use crate::claims::Claim;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::function::{Function, Report};
 use crate::interpreter::Interpreter;
+use crate::state::claims::Claim;
 use gcode::Dialect;
 
 /// Lowest number of temperature controls that are addressed whatever tool is selected.

@@ -8,7 +8,7 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::moves;
 use crate::meaning::probing;
-use crate::park::ParkPosition;
+use crate::state::park::ParkPosition;
 use gcode::Dialect;
 
 /// Homes or parks (G28, G28.2); the dialect says which of the two codes homes.

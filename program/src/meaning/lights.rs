@@ -5,7 +5,7 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::lights::{LightChange, Lights};
-use crate::setup::StripSetup;
+use crate::state::setup::StripSetup;
 use crate::words::Words;
 use gcode::Dialect;
 

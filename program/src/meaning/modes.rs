@@ -1,10 +1,10 @@
 //! M70 to M73: saving and restoring modes.
 
-use crate::auxiliary::{Auxiliary, Spindle};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::saved_modes::SavedModes;
+use crate::state::auxiliary::{Auxiliary, Spindle};
+use crate::state::saved_modes::SavedModes;
 
 /// Saves, forgets or restores modes (M70, M71, M72, M73).
 pub(crate) fn saved_modes<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {

@@ -7,7 +7,7 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{arcs, extruders, feed_modes, spindle, splines};
-use crate::modal::{FeedMode, MotionMode};
+use crate::state::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 use gcode::Dialect;
 

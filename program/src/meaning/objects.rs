@@ -4,8 +4,8 @@ use units::PerAxis;
 
 use crate::action::{Move, Shape};
 use crate::interpreter::Interpreter;
-pub use crate::left_out_objects::WayBack;
-use crate::left_out_objects::{Manner, Stay};
+pub use crate::state::left_out_objects::WayBack;
+use crate::state::left_out_objects::{Manner, Stay};
 
 /// Begins or ends leaving out the program's moves.
 pub fn leave_out(program: &mut Interpreter, yes: bool) {
@@ -39,7 +39,7 @@ pub const fn is_apart(program: &Interpreter) -> bool {
 /// Sets the program's position to the machine's, because somebody else moves the machine or the print ends.
 #[cold]
 pub fn stand_here(program: &mut Interpreter) {
-    if let Some(place) = program.left_out.as_mut().and_then(crate::left_out_objects::LeftOut::take_place) {
+    if let Some(place) = program.left_out.as_mut().and_then(crate::state::left_out_objects::LeftOut::take_place) {
         program.position = place;
     }
     forget_if_done(program);

@@ -7,8 +7,8 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, tool_table};
-use crate::modal::COORDINATE_SYSTEMS;
 use crate::parameters;
+use crate::state::modal::COORDINATE_SYSTEMS;
 use gcode::{Dialect, ExtruderFollows};
 
 /// G17, G18, G19: selects the plane.

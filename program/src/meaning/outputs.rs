@@ -7,7 +7,7 @@ use crate::action::{Action, AwaitInput, Effect, InputEvent};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::setup::IoKind;
+use crate::state::setup::IoKind;
 
 /// M42, M62 to M65, M67 and M68: sets an output, either in step with the path or after motion has stopped.
 pub(crate) fn output<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {

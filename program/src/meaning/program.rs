@@ -1,12 +1,12 @@
 //! Codes of the program as a whole: end, messages, suspending, halting.
 
 use crate::action::{Action, Pause};
-use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, modes, moves};
-use crate::modal::{FeedMode, MotionMode};
+use crate::state::auxiliary::Spindle;
+use crate::state::modal::{FeedMode, MotionMode};
 
 /// M2, and M30 in dialects where M30 ends programs: resets modes and ends the program.
 pub(crate) fn end<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
@@ -19,7 +19,7 @@ pub(crate) fn end<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
         program.end_cycles();
         program.modal.motion = MotionMode::Linear;
     }
-    program.splines = crate::splines::Splines::default();
+    program.splines = crate::state::splines::Splines::default();
     let modes = &mut program.modal.auxiliary;
     (modes.feed_override, modes.spindle_override, modes.surface_speed) = (true, true, false);
     if context.dialect.stops_spindle_at_end() {

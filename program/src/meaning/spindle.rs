@@ -4,10 +4,10 @@ use gcode::Code;
 use units::Micros;
 
 use crate::action::{Action, Turning};
-use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::state::auxiliary::Spindle;
 
 /// Sets S for moves and for the spindle. A turning spindle changes speed at the current end of the path,
 /// without a stop of motion.

@@ -11,7 +11,7 @@ use crate::action::Shape;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::modal::MotionMode;
+use crate::state::modal::MotionMode;
 use crate::words::Words;
 
 /// Permitted orders of a NURBS.

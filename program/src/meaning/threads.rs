@@ -4,11 +4,11 @@ use units::{Axis, Plane};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
+use crate::cycles::thread_passes::{Passes, Thread};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{moves, spindle};
-use crate::modal::{FeedMode, MotionMode};
-use crate::thread_passes::{Passes, Thread};
+use crate::state::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
 /// Limit of passes; more indicate a mistake in J or R.

@@ -7,7 +7,7 @@ use crate::action::Action;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::tool_table::{MOST_ORIENTATION, ToolEntry};
+use crate::state::tool_table::{MOST_ORIENTATION, ToolEntry};
 use crate::words::Words;
 
 /// Index of G59.3, the coordinate system in which G10 L11 measures.

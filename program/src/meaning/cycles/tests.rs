@@ -4,7 +4,7 @@ use gcode::{Code, Decoder, Line};
 use proptest::prelude::*;
 use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId};
 
-use crate::cycle::drilling_axis;
+use crate::state::cycle::drilling_axis;
 use crate::{Action, Claim, Dialect, Facts, Fault, Interpreter, Meaning, Move, Rate, Setup, Spindle};
 
 const FACTS: Facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };

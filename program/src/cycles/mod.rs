@@ -1,13 +1,16 @@
 //! Canned cycles of a program: the words that hold from hole to hole, and the block that is being drilled.
 
+pub(crate) mod holes;
+pub(crate) mod thread_passes;
+
 use heapless::Vec;
 use units::{Micros, PerAxis, Plane};
 
 use crate::action::Action;
-use crate::auxiliary::Spindle;
-use crate::cycle::Cycle;
-use crate::holes::{Holes, Next};
-use crate::thread_passes::Passes;
+use crate::cycles::holes::{Holes, Next};
+use crate::cycles::thread_passes::Passes;
+use crate::state::auxiliary::Spindle;
+use crate::state::cycle::Cycle;
 
 /// Positions that a block reaches.
 pub type ToCome = Vec<PerAxis<f64>, 8>;

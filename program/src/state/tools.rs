@@ -4,8 +4,8 @@ use heapless::Vec;
 use units::{Axis, ToolId};
 
 use crate::fault::{Fault, Problem};
-use crate::setup::ToolSettings;
-use crate::tool_table::{ToolEntry, ToolTable};
+use crate::state::setup::ToolSettings;
+use crate::state::tool_table::{ToolEntry, ToolTable};
 use crate::words::Words;
 
 /// Greatest number of extruders: the motors of A, B and C.

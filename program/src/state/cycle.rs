@@ -2,7 +2,7 @@
 
 use units::{Axis, Plane};
 
-use crate::auxiliary::Spindle;
+use crate::state::auxiliary::Spindle;
 
 /// Canned cycle, done at each hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

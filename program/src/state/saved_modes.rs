@@ -5,9 +5,9 @@ use heapless::Vec;
 use units::{MmPerSecond, Plane};
 
 use crate::action::Corner;
-use crate::auxiliary::Auxiliary;
-use crate::cycle::Retract;
-use crate::modal::{FeedMode, Modal};
+use crate::state::auxiliary::Auxiliary;
+use crate::state::cycle::Retract;
+use crate::state::modal::{FeedMode, Modal};
 
 /// Capacity for the main program and every nested subroutine.
 const MOST: usize = crate::flow::MOST_CALLS + 1;

@@ -5,8 +5,8 @@ use units::{Celsius, MmPerSecond, SwitchId, ToolId};
 
 pub use units::{CycleSetup, ServoSetup, ToolSettings};
 
-use crate::claims::Claims;
-use crate::tools::MAX_TOOLS;
+use crate::state::claims::Claims;
+use crate::state::tools::MAX_TOOLS;
 
 /// Machine configuration as the interpreter sees it.
 #[derive(Clone, Debug, Default)]

@@ -8,9 +8,9 @@ use gcode::Code;
 use units::{Axis, MmPerSecond, PerAxis, Plane};
 
 use crate::action::Corner;
-use crate::auxiliary::Auxiliary;
-use crate::cycle::{Cycle, Retract};
-use crate::rotation::{Rotations, Turn};
+use crate::state::auxiliary::Auxiliary;
+use crate::state::cycle::{Cycle, Retract};
+use crate::state::rotation::{Rotations, Turn};
 use crate::words::{Lengths, MM_PER_INCH};
 
 /// Number of coordinate systems, G54 to G59.3.

@@ -5,7 +5,7 @@ use heapless::Vec;
 use units::{Axis, PerAxis};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
-use crate::auxiliary::Auxiliary;
+use crate::state::auxiliary::Auxiliary;
 
 /// Thread to be cut. Positions are machine positions in mm, depths count from the drive line along X.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use heapless::Vec;
 use units::{Axis, Micros, PerAxis};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
-use crate::auxiliary::{Auxiliary, Spindle};
-use crate::cycle::Cycle;
+use crate::state::auxiliary::{Auxiliary, Spindle};
+use crate::state::cycle::Cycle;
 
 /// Height at which a rapid return stops above the previous depth, and by which G73 draws the drill back, mm:
 /// 0.01 inch, as in LinuxCNC.

@@ -10,7 +10,7 @@ use gcode::expression::Name;
 use gcode::{FlowLine, FlowWord, SyntaxError};
 use heapless::Vec;
 
-use crate::memory::{LOCALS, Locals};
+use crate::flow::memory::{LOCALS, Locals};
 
 /// Greatest depth of nested subroutine calls.
 pub(crate) const MOST_CALLS: usize = 10;
