@@ -15,6 +15,7 @@ mod heat;
 mod keys;
 mod migrate;
 mod motion_page;
+mod page;
 mod plot;
 mod preflight;
 mod progress;

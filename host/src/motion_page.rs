@@ -11,16 +11,11 @@ use sim::output::StepError;
 use sim::runner::curves::{self, Corner, Curves};
 use sim::runner::{self, Job};
 
+use crate::page::fill;
 use crate::progress::Progress;
 use crate::verify;
 
 const TEMPLATE: &str = include_str!("../assets/motion.html");
-const SLOTS: [(&str, &str); 4] = [
-    ("uplot.css", include_str!("../assets/vendor/uPlot.min.css")),
-    ("report.css", include_str!("../assets/report.css")),
-    ("uplot.js", include_str!("../assets/vendor/uPlot.iife.min.js")),
-    ("motion.js", include_str!("../assets/motion.js")),
-];
 /// Names of the bins of [`StepError::bins`].
 const BINS: [&str; 12] =
     ["< 1 ns", "< 2", "< 3", "< 4", "< 5", "< 10", "< 20", "< 50", "< 100", "< 250", "< 1000", "1 us and more"];
@@ -101,7 +96,7 @@ pub fn write(options: &Options) -> Result<PathBuf> {
     let data = data(title, curves, curves::corners(&plan), compared);
     fs::create_dir_all(&options.out).with_context(|| options.out.display().to_string())?;
     let path = options.out.join("motion.html");
-    fs::write(&path, render(&data)).with_context(|| path.display().to_string())?;
+    fs::write(&path, fill(TEMPLATE, &data.title, &data)).with_context(|| path.display().to_string())?;
     Ok(path)
 }
 
@@ -137,16 +132,6 @@ fn data(title: String, curves: Curves, corners: Vec<Corner>, compared: Result<St
     }
 }
 
-fn render(data: &Data) -> String {
-    // `<` never stands in the JSON, so no text of a run can end the script it is in.
-    let json = serde_json::to_string(data).unwrap_or_else(|_| "null".to_owned()).replace('<', "\\u003c");
-    let mut page = TEMPLATE.to_owned();
-    for (slot, content) in SLOTS {
-        page = page.replace(&format!("{{{{{slot}}}}}"), content);
-    }
-    page.replace("{{data}}", &json)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,7 +146,8 @@ mod tests {
             period: 1.0,
         };
         let error = StepError { max_ns: 4.0, rms_ns: 1.5, bins: [3; 12] };
-        let page = render(&data("</script><b>".to_owned(), curves, Vec::new(), Ok(error)));
+        let data = data("</script><b>".to_owned(), curves, Vec::new(), Ok(error));
+        let page = fill(TEMPLATE, &data.title, &data);
         assert!(!page.contains("</script><b>") && !page.contains("{{data}}"));
         for outside in ["src=\"http", "href=\"http", "@import", "url(http"] {
             assert!(!page.contains(outside), "{outside}");

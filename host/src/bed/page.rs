@@ -4,11 +4,9 @@
 use serde_json::json;
 
 use super::Mesh;
-use crate::report::page::escape;
+use crate::page::fill;
 
 const TEMPLATE: &str = include_str!("../../assets/bed.html");
-const STYLE: &str = include_str!("../../assets/report.css");
-const SCRIPT: &str = include_str!("../../assets/bed.js");
 
 /// Number of heights drawn along the surface's longer side.
 const FINE: f64 = 64.0;
@@ -36,8 +34,5 @@ pub fn page(mesh: &Mesh, title: &str) -> String {
         "tilt": mesh.form.tilt, "bend": mesh.form.bend, "twist": mesh.form.twist, "rest": mesh.form.rest, "mean": mesh.form.mean,
         "highest": mesh.form.highest, "lowest": mesh.form.lowest, "interpolation": mesh.interpolation.name(),
     });
-    // `<` never stands in the JSON, so no text of a file can end the script it is in.
-    let data = data.to_string().replace('<', "\\u003c");
-    let page = TEMPLATE.replace("{{style}}", STYLE).replace("{{title}}", &escape(title));
-    page.replace("{{script}}", SCRIPT).replace("{{data}}", &data)
+    fill(TEMPLATE, title, &data)
 }

@@ -4,14 +4,9 @@ use serde_json::json;
 
 use super::answer::{Line, Swing};
 use super::{Tuning, words};
+use crate::page::fill;
 
 const TEMPLATE: &str = include_str!("../../assets/heat.html");
-const SLOTS: [(&str, &str); 4] = [
-    ("uplot.css", include_str!("../../assets/vendor/uPlot.min.css")),
-    ("report.css", include_str!("../../assets/report.css")),
-    ("uplot.js", include_str!("../../assets/vendor/uPlot.iife.min.js")),
-    ("heat.js", include_str!("../../assets/heat.js")),
-];
 
 /// Returns the whole HTML page of a tuning.
 pub fn page(tuning: &Tuning) -> String {
@@ -28,12 +23,7 @@ pub fn page(tuning: &Tuning) -> String {
         "facts": words::facts(tuning),
         "gains": gains.iter().map(|gain| json!([gain.name, gain.value, gain.unit, gain.means])).collect::<Vec<_>>(),
     });
-    // `<` never stands in the JSON, so no text of a log can end the script it is in.
-    let data = data.to_string().replace('<', "\\u003c");
-    let page = SLOTS
-        .iter()
-        .fold(TEMPLATE.to_owned(), |page, (slot, content)| page.replace(&format!("{{{{{slot}}}}}"), content));
-    page.replace("{{data}}", &data)
+    fill(TEMPLATE, &log.heater, &data)
 }
 
 fn rounded(value: f64, per_unit: f64) -> f64 {

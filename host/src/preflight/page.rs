@@ -6,11 +6,10 @@ use preflight::Finding;
 use serde_json::json;
 use units::Axis;
 
-use crate::report::page::{base64, escape};
+use crate::page::fill;
+use crate::report::page::base64;
 
 const TEMPLATE: &str = include_str!("../../assets/preflight.html");
-const STYLE: &str = include_str!("../../assets/report.css");
-const SCRIPT: &str = concat!(include_str!("../../assets/palette.js"), include_str!("../../assets/preflight.js"));
 
 /// Greatest number of places drawn; the rest is left out, and the page says so.
 const MOST_PLACES: usize = 2_000_000;
@@ -103,10 +102,7 @@ impl Way {
             "places": base64(self.places.iter().flat_map(|number| number.to_le_bytes())),
             "layers": self.layers, "objects": self.objects, "findings": rows, "totals": totals, "cut": self.is_cut,
         });
-        // `<` never stands in the JSON, so no text of a file can end the script it is in.
-        let data = data.to_string().replace('<', "\\u003c");
-        let page = TEMPLATE.replace("{{style}}", STYLE).replace("{{title}}", &escape(title));
-        page.replace("{{script}}", SCRIPT).replace("{{data}}", &data)
+        fill(TEMPLATE, title, &data)
     }
 }
 

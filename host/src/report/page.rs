@@ -5,21 +5,12 @@ mod account;
 use super::Report;
 use super::checks::anchor;
 use super::path::{Corner, Kind};
+use crate::page::fill;
 use account::AccountData;
 use serde::Serialize;
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../assets/report.html");
-const SLOTS: [(&str, &str); 7] = [
-    ("uplot.css", include_str!("../../assets/vendor/uPlot.min.css")),
-    ("report.css", include_str!("../../assets/report.css")),
-    ("uplot.js", include_str!("../../assets/vendor/uPlot.iife.min.js")),
-    ("three.js", include_str!("../../assets/vendor/three.min.js")),
-    ("palette.js", include_str!("../../assets/palette.js")),
-    ("account.js", include_str!("../../assets/report-account.js")),
-    ("report.js", include_str!("../../assets/report.js")),
-];
-
 /// Greatest number of corners drawn; a graphics card turns ten times as many without effort, but a page of
 /// ten megabytes loads slowly.
 const MOST_CORNERS: usize = 60_000;
@@ -97,26 +88,7 @@ struct Series<'a> {
 
 /// Returns the whole HTML page of a report.
 pub fn render(report: &Report) -> String {
-    // `<` never stands in the JSON, so no text of a run can end the script it is in.
-    let data = serde_json::to_string(&data(report)).unwrap_or_else(|_| "null".to_owned()).replace('<', "\\u003c");
-    let mut page = String::with_capacity(data.len() + (1 << 20));
-    let mut rest = TEMPLATE;
-    while let Some((before, after)) = rest.split_once("{{") {
-        page += before;
-        let Some((slot, after)) = after.split_once("}}") else { break };
-        match SLOTS.iter().find(|(name, _)| *name == slot) {
-            Some((_, content)) => page += content,
-            None if slot == "data" => page += &data,
-            None => page += &escape(&report.title),
-        }
-        rest = after;
-    }
-    page + rest
-}
-
-/// Returns the text with what has a meaning in HTML replaced.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+    fill(TEMPLATE, &report.title, &data(report))
 }
 
 fn data(report: &Report) -> Data<'_> {
