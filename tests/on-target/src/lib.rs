@@ -30,6 +30,10 @@ pub struct Bench {
     pub sd: bsp_prime::sd::SdCard,
     /// Identity of the board.
     pub identity: bsp_prime::identity::Identity,
+    /// Hardware PWM, not started.
+    pub pwm: bsp_prime::pwm::Pwm,
+    /// Clock of date and time.
+    pub rtc: bsp_prime::rtc::Rtc,
     /// Watchdog, which long tests must feed.
     pub watchdog: bsp_prime::watchdog::Watchdog,
 }
@@ -63,6 +67,8 @@ pub fn bench() -> Bench {
         supplies: board.supplies,
         sd: board.sd,
         identity: board.identity,
+        pwm: board.pwm,
+        rtc: board.rtc,
         watchdog: board.watchdog,
     }
 }
