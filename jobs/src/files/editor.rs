@@ -325,6 +325,18 @@ mod tests {
     }
 
     #[test]
+    fn a_typed_line_fits_with_its_end_or_is_refused_whole() {
+        let mut full = editor(&"x".repeat(PIECE - 4));
+        for line in [&b"1234"[..], b"12345678"] {
+            assert_eq!(full.insert_line(line), Step::Full);
+            assert_eq!(full.room(), 4, "nothing of it is there");
+        }
+        assert_eq!(full.insert_line(b"123"), Step::Done);
+        assert_eq!(full.room(), 0);
+        assert!(full.rest().starts_with(b"123\nxx"));
+    }
+
+    #[test]
     fn each_command_does_what_the_help_says() {
         for (line, after) in [
             ("m", "one\n^two\nthree\n"),

@@ -324,6 +324,23 @@ mod tests {
         whole(directory(&Files::default(), arguments).unwrap().unwrap(), card)
     }
 
+    #[test]
+    fn names_alone_come_without_sums() {
+        let mut card = Card::with(&[("/sd/a.g", "G28\n"), ("/sd/b.g", "")]);
+        let mut begun = directory(&Files::default(), "").unwrap().unwrap();
+        if let Listing::Directory { names_only, .. } = &mut begun {
+            *names_only = true;
+        }
+        let (names, _) = whole(begun, &mut card);
+        assert!(names.starts_with("a.g\nb.g\n") && !names.contains("File(s)"), "{names}");
+        begun = directory(&Files::default(), "").unwrap().unwrap();
+        if let Listing::Directory { names_only, .. } = &mut begun {
+            *names_only = false;
+        }
+        let (all, _) = whole(begun, &mut card);
+        assert_eq!(all.matches("   2 File(s),         4 bytes total\n   0 Dir(s)\n").count(), 1, "{all}");
+    }
+
     fn listed(arguments: &str, card: &mut Card) -> Text {
         of_directory(arguments, card).0
     }
