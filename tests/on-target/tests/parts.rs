@@ -20,8 +20,9 @@ mod tests {
     use bsp_prime::byte_ring::ByteRing;
     use bsp_prime::last_words::{self, Text};
     use bsp_prime::pins::{PinError, PinName, PinSpec, Pull, table};
-    use bsp_prime::rtc::{self, Reading};
+    use bsp_prime::rtc;
     use bsp_prime::{adc, dma_buffer, fpu};
+    use events::DateTime;
     use on_target::{Bench, bench, sleep_ms};
 
     use super::sleep_fed;
@@ -153,7 +154,7 @@ mod tests {
         let motors = table::MOTORS.iter().flat_map(|pins| [pins.step, pins.direction, pins.select, pins.stall]);
         let guards = [table::MOTORS_ENABLE, table::FETS_ENABLE, table::FETS_POWER_ENABLE, table::USB_HOST_POWER];
         let outputs = guards.into_iter().chain(table::MOSFETS).chain(table::RELAYS).map(|spec| spec.pin);
-        let inputs = table::ENDSTOPS.into_iter().chain([table::PROBE, table::BOOT_BUTTON, table::MSC_LED]);
+        let inputs = table::ENDSTOPS.into_iter().chain([table::PROBE, table::MSC_LED]);
         let roles = || motors.clone().chain(outputs.clone()).chain(inputs.clone()).chain(table::LEDS);
         for (place, pin) in roles().enumerate() {
             let twin = roles().skip(place + 1).any(|other| other == pin);
@@ -257,12 +258,12 @@ mod tests {
     #[test]
     fn the_calendar_goes_on_from_where_it_is_set(bench: &mut Bench) {
         // The crystal may take two seconds to start.
-        let leap = Reading { year: 2028, month: 2, day: 28, hour: 23, minute: 59, second: 58 };
+        let leap = DateTime { year: 2028, month: 2, day: 28, hour: 23, minute: 59, second: 58 };
         sleep_fed(bench, 2_100);
         defmt::assert!(bench.rtc.set(leap), "the crystal runs");
         defmt::assert!(rtc::now() == leap || rtc::now().second == 59);
         sleep_fed(bench, 2_500);
-        let Reading { year, month, day, hour, minute, second } = rtc::now();
+        let DateTime { year, month, day, hour, minute, second } = rtc::now();
         defmt::assert_eq!((year, month, day), (2028, 2, 29), "a leap year");
         defmt::assert!(hour == 0 && minute == 0 && second <= 1, "{}:{}:{}", hour, minute, second);
     }
