@@ -1,7 +1,7 @@
-//! The features of the machine, a folder each, and the list that has them all.
+//! The features of the machine, a folder each, and the list of those that act at moments.
 //!
 //! A new feature is a folder, a line in `features!`, a field in [`States`] if it has a state, and a variant
-//! of [`Step`] if its sequences wait for scripts. The order of the list is the order in which they act.
+//! of [`Step`] if its sequences wait on the frames. The order of the list is the order in which they act.
 //! Beside the folders stand the tables that lead codes and console commands to features and to services.
 
 pub(crate) mod automatic_outputs;
@@ -46,7 +46,7 @@ macro_rules! features {
     ($first:ident, $($rest:ident),+ $(,)?) => { ($first::Feature, features![$($rest),+]) };
 }
 
-/// All features, in the order in which they act.
+/// All features that act at moments, in their order.
 pub(crate) type List = features![
     usb_disk,
     grbl,
