@@ -145,6 +145,7 @@ impl Runner {
         let (Some(inbox), Some(intake)) = (self.shared.inboxes.get(place), intakes.get_mut(place)) else {
             return false;
         };
+        self.shared.news.set(true);
         // Every byte is offered: the machine itself reports losses.
         inbox.receive_all(intake, bytes)
     }
@@ -154,6 +155,7 @@ impl Runner {
         let place = usize::from(session.0);
         let mut intakes = self.shared.intakes.borrow_mut();
         let (Some(inbox), Some(intake)) = (self.shared.inboxes.get(place), intakes.get_mut(place)) else { return };
+        self.shared.news.set(true);
         if open {
             inbox.open(intake);
         } else {
@@ -167,6 +169,7 @@ impl Runner {
         let mut intakes = self.shared.intakes.borrow_mut();
         if let (Some(inbox), Some(intake)) = (self.shared.inboxes.get(place), intakes.get_mut(place)) {
             inbox.open_again(intake);
+            self.shared.news.set(true);
         }
     }
 

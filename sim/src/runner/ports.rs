@@ -124,6 +124,12 @@ impl Consoles for HostPorts<'_> {
         self.shared.inboxes.get(usize::from(session.0)).unwrap_or(&self.shared.inboxes[0])
     }
 
+    fn have_news(&self) -> bool {
+        let news = self.shared.news.get();
+        self.shared.news.set(false);
+        news
+    }
+
     fn profile(&self, session: SessionId) -> SessionProfile {
         self.shared.profiles.get(usize::from(session.0)).copied().unwrap_or(SessionProfile::SERIAL)
     }

@@ -61,6 +61,8 @@ pub struct Shared {
     pub profiles: Vec<SessionProfile>,
     pub inboxes: Vec<Inbox>,
     pub intakes: Turns<Vec<Intake>>,
+    /// Whether an inbox may have changed since the controller last asked.
+    pub news: Flag<bool>,
     pub sent: Turns<Vec<Sent>>,
     pub levels: Flag<InputLevels>,
     pub wired: Turns<Option<MachineConfig>>,
@@ -102,6 +104,7 @@ impl Shared {
             profiles,
             levels: Flag::default(),
             wired: Turns::new(None),
+            news: Flag::new(true),
             reset_requested: Flag::new(false),
             date: Flag::new((DateTime::UNSET, 0)),
             step_times: Flag::default(),
