@@ -63,7 +63,7 @@ impl DateTime {
     }
 }
 
-/// Format `2026-01-02 03:04:05`.
+/// Prints date and time as `2026-01-02 03:04:05`.
 impl fmt::Display for DateTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { year, month, day, hour, minute, second } = self;

@@ -149,7 +149,7 @@ pub struct CardFacts {
     pub bus_khz: u32,
     /// Whether the card takes no writes.
     pub is_protected: bool,
-    /// Counts since power-on.
+    /// Blocks moved, transfers repeated and longest times since power-on.
     pub counters: Counters,
 }
 

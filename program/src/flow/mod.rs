@@ -1,4 +1,4 @@
-//! Which line of a program comes next, and the parameters that its conditions read.
+//! Order of a program's lines (subroutines, conditions, loops), and the parameters that conditions read.
 
 mod line_order;
 pub(crate) mod memory;
