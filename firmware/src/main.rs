@@ -7,7 +7,8 @@
 //! | 8 | `step` | TIM2 compare | 250 ns after the event's tick |
 //! | 7 | `edge_*` | EXTI | 1 us: the stamp of a trigger |
 //! | 7 | `supply_falls` | PVD: the chip's 3.3 V | none: it ends the firmware, outputs off first |
-//! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
+//! | 6 | `*_bytes` | USART2, USART3, UART4 | 16 characters of the line |
+//! | 6 | `card` | SDMMC1 | none: until then the card waits |
 //! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
 //! | 4 | `feed` | TIM6, at the queue's need | 0.125 ms: steps written ahead. Polls the RTT console |
@@ -15,7 +16,7 @@
 //! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
-//! | 0 | `idle` | bytes, and the feed | none: consoles and executor |
+//! | 0 | `idle` | bytes, the card, and the feed | none: consoles and executor |
 //!
 //! The task bodies live in `base`, `machine` and `motion`; here are only priorities and ownership.
 #![no_std]
@@ -305,9 +306,9 @@ mod app {
         }
     }
 
-    // Keeps 0.125 to 0.625 ms of steps written ahead, more where jerk is limited; the timer is set anew at
-    // each run. Other work due twice a millisecond is not done at each run: short lines have up to twice as
-    // many.
+    // Keeps 0.125 to 0.625 ms of steps written ahead, more at a start and where jerk is limited; the timer is
+    // set anew at each run. Other work due twice a millisecond is not done at each run: short lines have up to
+    // twice as many.
     #[task(
         binds = TIM6_DAC,
         priority = 4,

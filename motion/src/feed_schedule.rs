@@ -5,9 +5,9 @@
 //!
 //! - **On demand**, for a board. The feed runs again when what is written ends a `Lead` from now, and then
 //!   takes one segment, and others as long as none ends later than the longest would. A segment is half a
-//!   millisecond at most, so the writing ends 125 to 625 us ahead. With a limit of jerk the next segment may
-//!   have to wait for a plan that takes long: 225 to 725 us, and where many blocks wait, 425 to 725 us with
-//!   segments of 0.3 ms at most.
+//!   millisecond at most, so the writing ends 125 to 625 us ahead, and 700 us at a start from standstill.
+//!   With a limit of jerk the next segment may have to wait for a plan that takes long: 225 to 725 us, and
+//!   where many blocks wait, 425 to 725 us with segments of 0.3 ms at most; 800 us at a start.
 //! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. The
 //!   native runner works by period, as its time goes by half milliseconds, and so does a board while it
 //!   searches for a switch or the probe: the start of the brake depends on the phase of the runs, so a

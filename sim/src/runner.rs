@@ -4,8 +4,8 @@
 //!
 //! Time advances in slots of half a millisecond, the period of the board's fastest periodic tasks. In each
 //! slot the tasks run in the order of their priorities on the board, then the step events due in the slot
-//! are played at their exact ticks. So step times are those of the board; only the moment at which the
-//! executor sees something differs.
+//! are played at their exact ticks. So step times are those of the board; only the moments at which
+//! the executor sees something, and at which holds and overrides take effect, differ.
 
 mod bank;
 pub mod curves;
