@@ -1,5 +1,4 @@
-//! External drivers with stealthChop chips: from the configuration to the chip, and the reports of their
-//! state.
+//! External drivers with stealthChop chips: what codes set at run time, and the reports of their state.
 
 use core::fmt::{Result as Written, Write};
 

@@ -45,7 +45,7 @@ pub enum Event {
     Suspend,
     /// The job is resumed, or given up.
     Unsuspend,
-    /// Programs are read from now on, and nothing is carried out.
+    /// Programs are read from now on, and nothing moves, heats or is deleted.
     CheckBegins,
     /// Programs are carried out again.
     CheckEnds,
