@@ -16,6 +16,7 @@ mod led_strips;
 mod leveling;
 mod motors;
 mod names;
+mod network;
 mod on_stall;
 mod outputs;
 mod pins;
@@ -61,6 +62,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     scripts::check(&mut checks);
     uart::check(&mut checks);
     update::check(&mut checks);
+    network::check(&mut checks);
     outputs::check(&mut checks);
     temperature_switches::check(&mut checks);
     fans::check(&mut checks);

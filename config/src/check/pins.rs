@@ -84,6 +84,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
             ("tmc2590", "reset_pin") => config.actuators().any(|(_, motor)| motor.driver == DriverKind::Tmc2590),
             ("system", "msc_led") => config.system.msc_enable,
             ("uart console", _) => config.uart.enable,
+            ("network", _) => config.network.enable,
             ("zprobe", _) => config.probe.enable,
             ("kill button", _) => config.kill_button.enable,
             ("safety door", _) => config.safety_door.enable,

@@ -28,6 +28,8 @@ pub struct MachineConfig {
     pub update: UpdateConfig,
     /// Section `[uart console]`: the auxiliary UART.
     pub uart: UartConfig,
+    /// Section `[network]`: Ethernet and what it serves.
+    pub network: NetworkConfig,
     /// Section `[motion control]`: path and kinematics.
     pub motion: MotionControl,
     /// Sections `[planner]` and `[conveyor]`.

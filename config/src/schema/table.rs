@@ -348,7 +348,13 @@ pub const SECTIONS: &[Section] = &[
     section!("st7920", Section, Form::Plain, GraphicDisplay: |_, _| None),
     section!("tm1638", Section, Form::Plain, KeyModule: |_, _| None),
     section!("mpg", Section, Form::Named(UNREAD_INSTANCES), Handwheels: |_, _| None),
-    section!("network", Section, Form::Plain, Network: |_, _| None),
+    section!(
+        "network",
+        Section,
+        Form::Plain,
+        NetworkConfig: |c, _| Some(&mut c.network),
+        NetworkToCome: |_, _| None,
+    ),
 ];
 
 /// An instance's name, when it is short enough.

@@ -1,7 +1,7 @@
 //! Functions that are not part of Velvet yet. Their settings are known and checked, and refused when used.
 
 use crate::diagnostic::Severity;
-use crate::setting::build::{ANY, bool, integer, number, pin, text};
+use crate::setting::build::{ANY, bool, integer, number, pin};
 use crate::setting::declare::settings;
 use crate::setting::{PinRole, Support};
 
@@ -98,40 +98,8 @@ settings! {
     }
 }
 
-settings! {
-    /// Ethernet and what it serves.
-    rows Network of Nothing {
-        /// Use Ethernet.
-        "enable" = bool("false").v1("network.enable").support(NOT_YET_HARMLESS);
-        /// Fixed address, or auto for DHCP.
-        "ip_address" = text("auto", 96).v1("network.ip_address").dormant();
-        /// Netmask used with a fixed address.
-        "ip_mask" = text("255.255.255.0", 96).v1("network.ip_mask").dormant();
-        /// Gateway used with a fixed address.
-        "ip_gateway" = text("192.168.1.1", 96).v1("network.ip_gateway").dormant();
-        /// DNS server.
-        "dns_server" = text("auto", 96).dormant();
-        /// Name of the machine in the network.
-        "hostname" = text("smoothiev2", 96).dormant();
-        /// A console on TCP port 23.
-        "shell_enable" = bool("false").dormant();
-        /// File transfer on TCP port 21.
-        "ftp_enable" = bool("false").dormant();
-        /// Web pages from /sd/www on TCP port 80, with console and upload over WebSocket.
-        "webserver_enable" = bool("false").dormant();
-        /// Set the clock from the network.
-        "ntp_enable" = bool("true").dormant();
-        /// Host to ask for the time.
-        "ntp_server" = text("pool.ntp.org", 96).dormant();
-        /// Whole hours added to UTC.
-        "timezone" = integer("0", &(-12, 14)).unit("h").dormant();
-        /// Where the update command looks; ends with a slash.
-        "firmware_url" = text("http://download.smoothieware.org/", 96).dormant();
-    }
-}
-
-/// A part's own switch, where the machine does something else than meant without that part.
+/// Support of a part's own switch, where the machine does something else than meant without that part.
 const NOT_YET: &Support = &Support::NotYet { severity: Severity::Error, advice: LEAVE_DISABLED };
 /// Support of a part's own switch, where the machine works without that part.
-const NOT_YET_HARMLESS: &Support = &Support::NotYet { severity: Severity::Warning, advice: LEAVE_DISABLED };
+pub(super) const NOT_YET_HARMLESS: &Support = &Support::NotYet { severity: Severity::Warning, advice: LEAVE_DISABLED };
 const LEAVE_DISABLED: &str = "leave it disabled until Velvet can do it";

@@ -43,6 +43,7 @@ const OTHER_DEFAULTS: &[(&str, &str)] = &[
     ("[current control] <name>.current", "must be written"),
     ("[general] config-override", "on with grbl_mode: what a sender sets is to outlive the reset"),
     ("[temperature control] <name>.windup", "a heat-up at full output is not to overshoot"),
+    ("[network] hostname", "the machine is found as velvet.local"),
     ("[switch] <name>.output_type", "must be written; an output of no type does nothing"),
 ];
 

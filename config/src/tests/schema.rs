@@ -87,7 +87,8 @@ fn two_values(row: &Setting) -> (String, String) {
         Kind::Word(words) => (words.0[0].into(), words.0[words.0.len() - 1].into()),
         Kind::Text(..) if row.key == "color_order" => ("RGB".into(), "GRBW".into()),
         Kind::Text(64) if row.key == "key" => ("0f".repeat(32), "10".repeat(32)),
-        Kind::Text(..) => ("one".into(), "two".into()),
+        // Names, and addresses too.
+        Kind::Text(..) => ("1.2.3.4".into(), "4.3.2.1".into()),
         Kind::Command => ("M1".into(), "G2.3".into()),
         Kind::Registers => ("1,2,3,4,5".into(), "5,4,3,2,1".into()),
         Kind::Axes => ("XYZ".into(), "ZYX".into()),

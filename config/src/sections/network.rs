@@ -1,0 +1,133 @@
+//! The network: Ethernet, addresses and names, and what the board serves there.
+
+use crate::setting::build::{bool, integer, number, text, word};
+use crate::setting::declare::{settings, words};
+use heapless::String;
+
+use super::to_come::NOT_YET_HARMLESS;
+
+/// Most letters of the machine's name: what a label of the domain name system may have, less room for the
+/// number that a name gets when another machine has it already.
+pub const HOST_NAME_BYTES: usize = 32;
+/// Most letters of the name of a host that is asked for something.
+pub const SERVER_NAME_BYTES: usize = 96;
+
+words! {
+    /// Speed of the Ethernet link.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum LinkSpeed {
+        /// What both ends can do best.
+        #[default]
+        Auto = "auto",
+        /// At most 100 Mbit/s.
+        Fast = "100",
+        /// 10 Mbit/s, which radio interference disturbs less.
+        Slow = "10",
+    }
+}
+
+/// An IPv4 address as the file gives it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Address {
+    /// The network says it (`auto`), or there is none.
+    #[default]
+    Auto,
+    /// This address.
+    Given([u8; 4]),
+    /// The text is no address.
+    Flawed,
+}
+
+impl Address {
+    /// Reads `auto`, an empty text or four numbers with dots between.
+    fn read(text: &str) -> Self {
+        if text.is_empty() || text.eq_ignore_ascii_case("auto") {
+            return Self::Auto;
+        }
+        let mut address = [0; 4];
+        let mut parts = text.split('.');
+        for place in &mut address {
+            let part = parts.next().filter(|part| part.len() <= 3 && part.bytes().all(|byte| byte.is_ascii_digit()));
+            match part.and_then(|part| part.parse().ok()) {
+                Some(number) => *place = number,
+                None => return Self::Flawed,
+            }
+        }
+        if parts.next().is_some() { Self::Flawed } else { Self::Given(address) }
+    }
+
+    /// Returns the address that the file gives.
+    #[must_use]
+    pub const fn given(self) -> Option<[u8; 4]> {
+        match self {
+            Self::Given(address) => Some(address),
+            Self::Auto | Self::Flawed => None,
+        }
+    }
+}
+
+settings! {
+    /// Ethernet and what it serves. Nothing listens that is not named here.
+    #[derive(Clone, Debug, Default)]
+    pub struct NetworkConfig {
+        /// Use Ethernet.
+        enable: bool = bool("false").v1("network.enable");
+        /// Speed of the link: as both ends agree, at most 100, or 10 Mbit/s.
+        link: LinkSpeed = word("auto", LinkSpeed::WORDS).velvet();
+        /// Fixed address, or auto for DHCP; without a server the machine gives itself one (169.254.x.x).
+        "ip_address" address: Address = text("auto", 96).v1("network.ip_address")
+            => |text: &str| Address::read(text);
+        /// Netmask used with a fixed address.
+        "ip_mask" mask: Address = text("255.255.255.0", 96).v1("network.ip_mask") => |text: &str| Address::read(text);
+        /// Gateway used with a fixed address; empty: none.
+        "ip_gateway" gateway: Address = text("192.168.1.1", 96).v1("network.ip_gateway")
+            => |text: &str| Address::read(text);
+        /// DNS server; auto: as DHCP says.
+        "dns_server" dns: Address = text("auto", 96) => |text: &str| Address::read(text);
+        /// Name of the machine in the network: velvet is found as velvet.local.
+        "hostname" host_name: String<HOST_NAME_BYTES> = text("velvet", HOST_NAME_BYTES);
+        /// Answer who asks for the name in the local network (mDNS), and say which services there are.
+        mdns: bool = bool("true").velvet();
+        /// A console over Telnet.
+        "shell_enable" shell: bool = bool("false");
+        /// TCP port of that console.
+        shell_port: u16 = integer("23", &(1, 65_535)).velvet();
+        /// A console in GRBL's dialect, for senders to mills and lasers.
+        "grbl_enable" grbl: bool = bool("false").velvet();
+        /// TCP port of that console.
+        grbl_port: u16 = integer("2323", &(1, 65_535)).velvet();
+        /// Consoles of the network want the password that the command net password has set. false: who has
+        /// none may operate the machine, but not change its files, settings or firmware.
+        password_required: bool = bool("true").velvet();
+        /// Set the clock from the network.
+        "ntp_enable" ntp: bool = bool("true");
+        /// Host to ask for the time.
+        ntp_server: String<SERVER_NAME_BYTES> = text("pool.ntp.org", SERVER_NAME_BYTES);
+        /// Hours added to UTC, half and quarter hours too.
+        "timezone" timezone_minutes: i16 = number("0", &(-12.0, 14.0)).unit("h") => |hours: f64| (hours * 60.0) as i16;
+    rows NetworkToCome:
+        /// File transfer on TCP port 21.
+        "ftp_enable" = bool("false").support(NOT_YET_HARMLESS);
+        /// Web pages from /sd/www on TCP port 80, with console and upload over WebSocket.
+        "webserver_enable" = bool("false").support(NOT_YET_HARMLESS);
+        /// Where the update command looks; ends with a slash.
+        "firmware_url" = text("http://download.smoothieware.org/", 96).dormant();
+    }
+}
+
+impl NetworkConfig {
+    /// Returns the length of the netmask in bits; none when its ones are not together.
+    #[must_use]
+    pub fn mask_bits(&self) -> Option<u8> {
+        let mask = u32::from_be_bytes(self.mask.given()?);
+        (mask.leading_ones() + mask.trailing_zeros() == u32::BITS).then_some(mask.leading_ones() as u8)
+    }
+
+    /// Returns whether the machine's name can be one in the network (RFC 1123 section 2.1).
+    #[must_use]
+    pub fn has_good_name(&self) -> bool {
+        let is_good = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-';
+        let name = self.host_name.as_str();
+        !name.is_empty() && name.bytes().all(is_good) && !name.starts_with('-') && !name.ends_with('-')
+    }
+}
