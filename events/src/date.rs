@@ -48,15 +48,45 @@ impl DateTime {
         date.is_sound().then_some(date)
     }
 
-    fn is_sound(self) -> bool {
-        let days = match self.month {
+    /// Returns the date of a time in seconds since 1970; `None` outside 2000 to 2099.
+    #[must_use]
+    pub fn from_unix(seconds: u64) -> Option<Self> {
+        /// Days from 1970 to 2000.
+        const TO_2000: u64 = 10_957;
+        let part = |unit: u64, of: u64| (seconds / unit % of) as u8;
+        let mut date = Self { hour: part(3_600, 24), minute: part(60, 60), second: part(1, 60), ..Self::UNSET };
+        let mut days = (seconds / 86_400).checked_sub(TO_2000)?;
+        loop {
+            let year = if date.year.is_multiple_of(4) { 366 } else { 365 };
+            if days < year {
+                break;
+            }
+            days -= year;
+            date.year += 1;
+            if date.year > 2099 {
+                return None;
+            }
+        }
+        while days >= u64::from(date.days_of_month()) {
+            days -= u64::from(date.days_of_month());
+            date.month += 1;
+        }
+        date.day = days as u8 + 1;
+        Some(date)
+    }
+
+    const fn days_of_month(self) -> u8 {
+        match self.month {
             4 | 6 | 9 | 11 => 30,
             2 if self.year.is_multiple_of(4) => 29,
             2 => 28,
             _ => 31,
-        };
+        }
+    }
+
+    fn is_sound(self) -> bool {
         (1..=12).contains(&self.month)
-            && (1..=days).contains(&self.day)
+            && (1..=self.days_of_month()).contains(&self.day)
             && self.hour < 24
             && self.minute < 60
             && self.second < 60
@@ -80,6 +110,17 @@ mod tests {
         let date = DateTime::parse("260102030405").unwrap();
         assert_eq!(std::format!("{date}"), "2026-01-02 03:04:05");
         assert!(DateTime::parse("240229000000").is_some(), "a leap year");
+    }
+
+    #[test]
+    fn seconds_since_1970_are_dates() {
+        let date = |seconds| DateTime::from_unix(seconds).map(|date| std::format!("{date}"));
+        assert_eq!(date(946_684_800).as_deref(), Some("2000-01-01 00:00:00"));
+        assert_eq!(date(1_709_164_799).as_deref(), Some("2024-02-28 23:59:59"));
+        assert_eq!(date(1_709_164_800).as_deref(), Some("2024-02-29 00:00:00"));
+        assert_eq!(date(1_795_910_400).as_deref(), Some("2026-11-29 00:00:00"));
+        assert_eq!(date(4_102_444_799).as_deref(), Some("2099-12-31 23:59:59"));
+        assert_eq!((date(4_102_444_800), date(946_684_799)), (None, None));
     }
 
     #[test]
