@@ -2,19 +2,19 @@
 //! change.
 
 use base::sessions::{ConsoleKind, SessionProfile};
-use base::sessions::{Inbox, SessionId};
+use base::sessions::{INBOX_BYTES, Inbox, InboxOf, SessionId};
 
-static DEBUG: Inbox = Inbox::new();
-static UART0: Inbox = Inbox::new();
-static UART1: Inbox = Inbox::new();
+static DEBUG: InboxOf<INBOX_BYTES> = InboxOf::new();
+static UART0: InboxOf<INBOX_BYTES> = InboxOf::new();
+static UART1: InboxOf<INBOX_BYTES> = InboxOf::new();
 // The bus carries 64 bytes at a time, so these inboxes may lie in slower memory.
 #[unsafe(link_section = ".d2ram")]
-static USB0: Inbox = Inbox::new();
+static USB0: InboxOf<INBOX_BYTES> = InboxOf::new();
 #[unsafe(link_section = ".d2ram")]
-static USB1: Inbox = Inbox::new();
+static USB1: InboxOf<INBOX_BYTES> = InboxOf::new();
 /// Nothing fast reads this inbox, so it need not be in DTCM; and it is all zero, as the section is.
 #[unsafe(link_section = ".d2ram")]
-static RTT: Inbox = Inbox::new();
+static RTT: InboxOf<INBOX_BYTES> = InboxOf::new();
 
 /// A console, in the order of the session ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -307,8 +307,8 @@ mod app {
     }
 
     // Keeps 0.125 to 0.625 ms of steps written ahead, more at a start and where jerk is limited; the timer is
-    // set anew at each run. Other work due twice a millisecond is not done at each run: short lines have up to
-    // twice as many.
+    // set anew at each run. Other work due twice a millisecond is not done at each run: short lines have up
+    // to twice as many.
     #[task(
         binds = TIM6_DAC,
         priority = 4,

@@ -2,12 +2,12 @@
 
 use units::Micros;
 
-use crate::sessions::{Consoles, Inbox, Recipient, Reply, SessionId, SessionProfile, Sessions};
+use crate::sessions::{Consoles, INBOX_BYTES, Inbox, InboxOf, Recipient, Reply, SessionId, SessionProfile, Sessions};
 
 /// Other ends of the two sessions' lines.
 #[derive(Debug, Default)]
 pub struct Line {
-    inboxes: [Inbox; 2],
+    inboxes: [InboxOf<INBOX_BYTES>; 2],
     output: [Vec<u8>; 2],
 }
 

@@ -33,12 +33,8 @@ pub struct SessionProfile {
 
 impl SessionProfile {
     /// Profile of a serial line: all rights, the configuration's dialect, and no connecting or leaving.
-    pub const SERIAL: Self = Self {
-        kind: ConsoleKind::Serial,
-        rights: Rights::Operate,
-        dialect: None,
-        greeting: "Welcome to Smoothie\nok\n",
-    };
+    pub const SERIAL: Self =
+        Self { kind: ConsoleKind::Serial, rights: Rights::Own, dialect: None, greeting: "Welcome to Smoothie\nok\n" };
 }
 
 /// Access to the sessions of a board.

@@ -10,14 +10,16 @@
 //! up, so that lines stay in order; and each lost line is counted, so that each gets an answer.
 //!
 //! Depth: [`INBOX_BYTES`] hold a third of a second of a 115200 baud line, or some hundred lines that a person
-//! pastes while the machine is busy.
+//! pastes while the machine is busy. A quarter of that is enough where the sender can be held back.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
 use gcode::realtime::{Heard, Realtime, Receiver};
 
-/// Bytes that an inbox holds. A power of two.
+/// Bytes that the inbox of a serial line holds. A power of two.
 pub const INBOX_BYTES: usize = 4_096;
+/// Bytes that the inbox of a network console holds. TCP holds the sender back.
+pub const NETWORK_INBOX_BYTES: usize = 1_024;
 /// Greatest number of waiting `?`; more are dropped, as Smoothieware v2 does.
 const MAX_QUERIES: u32 = 8;
 /// Mark in the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of
@@ -72,10 +74,9 @@ pub enum Received {
     LoseLine,
 }
 
-/// Receive queue of a console.
+/// Receive queue of a console. `&Inbox` is one of any size; [`InboxOf`] says how many bytes it holds.
 #[derive(Debug)]
-pub struct Inbox {
-    bytes: [AtomicU8; INBOX_BYTES],
+pub struct Inbox<B: ?Sized = [AtomicU8]> {
     /// Count of bytes ever received, wrapping. Written by the receive task only.
     received: AtomicU32,
     /// Count of bytes ever taken, wrapping. Written by the executor only.
@@ -107,21 +108,25 @@ pub struct Inbox {
     reset_at: AtomicU32,
     /// Count of bytes received before the last byte that ends a jog: 0x85, Ctrl-Y, `!`.
     stopped_at: AtomicU32,
+    /// Ring of bytes, whose length is a power of two.
+    bytes: B,
 }
 
-impl Default for Inbox {
+/// Receive queue of so many bytes, a power of two.
+pub type InboxOf<const N: usize> = Inbox<[AtomicU8; N]>;
+
+impl<const N: usize> Default for InboxOf<N> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Inbox {
+impl<const N: usize> InboxOf<N> {
     /// Makes an empty inbox, open: a transport whose peers come and go closes it before the first one. All
     /// zero, so that it lies in memory that start-up clears.
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            bytes: [const { AtomicU8::new(0) }; INBOX_BYTES],
             received: AtomicU32::new(0),
             taken: AtomicU32::new(0),
             requests: AtomicU32::new(0),
@@ -136,7 +141,30 @@ impl Inbox {
             lost: AtomicU32::new(0),
             reset_at: AtomicU32::new(0),
             stopped_at: AtomicU32::new(0),
+            bytes: {
+                assert!(N.is_power_of_two());
+                [const { AtomicU8::new(0) }; N]
+            },
         }
+    }
+}
+
+impl Inbox {
+    /// Returns how many bytes the inbox can hold at once.
+    #[must_use]
+    pub const fn capacity(&self) -> usize {
+        // A place is kept for FORGET_LINE or LOSE_LINE.
+        self.bytes.len() - 1
+    }
+
+    /// Returns the place of a byte in the ring, by its count.
+    const fn place(&self, count: u32) -> usize {
+        count as usize & (self.bytes.len() - 1)
+    }
+
+    /// Whether a difference of two counts is one of bytes that wait, and not of bytes taken since then.
+    const fn is_within(&self, difference: u32) -> bool {
+        difference as usize <= self.bytes.len()
     }
 
     /// Returns how many more bytes surely fit. A transport that can hold its sender back asks before it
@@ -144,8 +172,7 @@ impl Inbox {
     #[must_use]
     pub fn room(&self) -> usize {
         let used = self.received.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Acquire));
-        // A place is kept for FORGET_LINE or LOSE_LINE.
-        (INBOX_BYTES - 1).saturating_sub(used as usize)
+        self.capacity().saturating_sub(used as usize)
     }
 
     /// Receives bytes as [`Self::receive`] does one by one, and most of a line at once. False when any had to
@@ -318,7 +345,7 @@ impl Inbox {
     /// Returns whether bytes wait that came before the present peer.
     pub fn has_from_before(&self) -> bool {
         let before = self.opened_at.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Relaxed));
-        (1..=INBOX_BYTES as u32).contains(&before)
+        before != 0 && self.is_within(before)
     }
 
     /// Returns whether the peer that came last is the former one.
@@ -335,7 +362,7 @@ impl Inbox {
         let is_last = self.visits() == visits;
         let end = if is_last { received } else { self.opened_at.load(Ordering::Relaxed) };
         let taken = self.taken.load(Ordering::Relaxed);
-        if end.wrapping_sub(taken) as usize <= INBOX_BYTES {
+        if self.is_within(end.wrapping_sub(taken)) {
             self.taken.store(end, Ordering::Release);
         }
         if is_last {
@@ -366,7 +393,7 @@ impl Inbox {
     fn push_all(&self, bytes: &[u8]) {
         let mut received = self.received.load(Ordering::Relaxed);
         for byte in bytes {
-            if let Some(slot) = self.bytes.get(received as usize % INBOX_BYTES) {
+            if let Some(slot) = self.bytes.get(self.place(received)) {
                 slot.store(*byte, Ordering::Relaxed);
             }
             received = received.wrapping_add(1);
@@ -397,7 +424,7 @@ impl Inbox {
         if taken == end {
             return None;
         }
-        let byte = self.bytes.get(taken as usize % INBOX_BYTES)?.load(Ordering::Relaxed);
+        let byte = self.bytes.get(self.place(taken))?.load(Ordering::Relaxed);
         self.taken.store(taken.wrapping_add(1), Ordering::Release);
         Some(match byte {
             FORGET_LINE => Received::ForgetLine,
@@ -421,7 +448,7 @@ impl Inbox {
     pub fn drop_before_reset(&self) {
         let (reset_at, taken) = (self.reset_at.load(Ordering::Relaxed), self.taken.load(Ordering::Relaxed));
         // Bytes received since then may have been taken already.
-        if reset_at.wrapping_sub(taken) as usize <= INBOX_BYTES {
+        if self.is_within(reset_at.wrapping_sub(taken)) {
             self.taken.store(reset_at, Ordering::Release);
         }
         self.lost.store(0, Ordering::Release);

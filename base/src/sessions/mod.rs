@@ -19,15 +19,15 @@ use units::Micros;
 
 use crate::reason::{Alarm, Reason};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
-pub use inbox::{INBOX_BYTES, Inbox, Intake, Received};
+pub use inbox::{INBOX_BYTES, Inbox, InboxOf, Intake, NETWORK_INBOX_BYTES, Received};
 pub use listing::{Enumeration, Listing};
 pub use periodic::Periodic;
 pub use reply::Reply;
 pub use session::{Rights, Session};
 
-/// Most sessions that a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network
-/// sessions.
-pub const MAX_SESSIONS: usize = 8;
+/// Most sessions that a board can have: debug UART, two auxiliary UARTs, two USB serial ports, RTT, and four
+/// of the network.
+pub const MAX_SESSIONS: usize = 10;
 /// Time without taking anything after which a listener counts as none, and its output is dropped.
 const LISTENER_TIMEOUT: Micros = Micros::from_seconds(2);
 

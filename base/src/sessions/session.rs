@@ -20,14 +20,16 @@ const OUTPUT_AHEAD: usize = 512;
 /// Waiting output, bytes, below which a status report is written.
 const STATUS_BACKLOG: usize = 1_024;
 
-/// Rights of a session.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Rights of a session, each with those before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rights {
-    /// The session may do everything.
-    #[default]
-    Operate,
     /// The session may ask, and stop the machine in an emergency.
     Watch,
+    /// The session may have the machine work: move, heat, play files.
+    Operate,
+    /// The session may do everything: change files, settings and firmware too.
+    #[default]
+    Own,
 }
 
 /// Session with its line, output and dialect.
@@ -92,7 +94,7 @@ impl Session {
             decoder: Decoder::new(),
             dialect: Dialect::Smoothie,
             grbl_banner: BANNER,
-            rights: Rights::Operate,
+            rights: Rights::Own,
             listing: None,
             stop_requested: false,
             left_at: 0,
@@ -125,7 +127,7 @@ impl Session {
         self.periods = Periods::NONE;
         self.waits_for_room = false;
         (self.lost, self.too_long) = (0, false);
-        self.is_patient = profile.kind == ConsoleKind::Usb;
+        self.is_patient = matches!(profile.kind, ConsoleKind::Usb | ConsoleKind::Network);
         self.visits = visits;
     }
 

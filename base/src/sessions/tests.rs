@@ -1,11 +1,12 @@
 use super::*;
 use crate::sessions::ConsoleKind;
+use std::boxed::Box;
 use std::collections::VecDeque;
 use std::vec::Vec;
 
 /// Two lines whose other ends are in memory.
 struct Desk {
-    inboxes: [Inbox; 2],
+    inboxes: [Box<Inbox>; 2],
     intakes: [Intake; 2],
     /// Output of each line, and the number of bytes that it still takes.
     output: [(VecDeque<u8>, usize); 2],
@@ -16,10 +17,10 @@ struct Desk {
 
 impl Desk {
     fn new() -> Self {
-        let visited = Inbox::new();
+        let visited: Box<Inbox> = Box::new(InboxOf::<1_024>::new());
         visited.set_open(false);
         Self {
-            inboxes: [Inbox::new(), visited],
+            inboxes: [Box::new(InboxOf::<INBOX_BYTES>::new()), visited],
             intakes: [Intake::new(); 2],
             output: [(VecDeque::new(), usize::MAX), (VecDeque::new(), usize::MAX)],
             kinds: [ConsoleKind::Serial, ConsoleKind::Network],

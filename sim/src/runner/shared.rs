@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicU32;
 
 use base::ports::{DateTime, InputLevels, StepTimes};
 use base::sessions::SessionProfile;
-use base::sessions::{Inbox, Intake};
+use base::sessions::{ConsoleKind, INBOX_BYTES, Inbox, InboxOf, Intake, NETWORK_INBOX_BYTES};
 use base::supervisor::Supervisor;
 use config::{BoardId, MachineConfig};
 use events::{Cause, Event, EventRing, Slots};
@@ -15,6 +15,7 @@ use thermal::HeatControl;
 use units::Micros;
 
 use super::bank::Bank;
+use super::network::SimulatedNetwork;
 use super::sensors::Sensors;
 use super::setup::Setup;
 use super::simulation::{Flag, Simulation, Turns};
@@ -59,7 +60,7 @@ pub struct Shared {
     pub latch: Latch,
     pub reached: base::tasks::ReachedMark,
     pub profiles: Vec<SessionProfile>,
-    pub inboxes: Vec<Inbox>,
+    pub inboxes: Vec<Box<Inbox>>,
     pub intakes: Turns<Vec<Intake>>,
     /// Whether an inbox may have changed since the controller last asked.
     pub news: Flag<bool>,
@@ -74,6 +75,7 @@ pub struct Shared {
     /// Slots of events, kept over a reset, which a runner never has.
     events: Box<(Slots, AtomicU32)>,
     pub card: Turns<Card>,
+    pub network: Turns<SimulatedNetwork>,
     pub board_id: u8,
 }
 
@@ -82,8 +84,11 @@ impl Shared {
     pub fn new(world: World, setup: &Setup, board_id: BoardId) -> Self {
         let consoles = [SessionProfile::SERIAL; CONSOLES];
         let profiles: Vec<SessionProfile> = consoles.into_iter().chain(setup.visitors.iter().copied()).collect();
-        let inbox = |place: usize| {
-            let inbox = Inbox::new();
+        let inbox = |(place, profile): (usize, &SessionProfile)| {
+            let inbox: Box<Inbox> = match profile.kind {
+                ConsoleKind::Network => Box::new(InboxOf::<NETWORK_INBOX_BYTES>::new()),
+                ConsoleKind::Serial | ConsoleKind::Usb | ConsoleKind::Memory => Box::new(InboxOf::<INBOX_BYTES>::new()),
+            };
             // Visitors connect only later.
             inbox.set_open(place < CONSOLES);
             inbox
@@ -98,7 +103,7 @@ impl Shared {
             queue: StepQueue::new(),
             latch: Latch::new(),
             reached: base::tasks::ReachedMark::new(),
-            inboxes: (0..profiles.len()).map(inbox).collect(),
+            inboxes: profiles.iter().enumerate().map(inbox).collect(),
             intakes: Turns::new(vec![Intake::new(); profiles.len()]),
             sent: Turns::new(profiles.iter().map(|_| Sent::default()).collect()),
             profiles,
@@ -109,6 +114,7 @@ impl Shared {
             date: Flag::new((DateTime::UNSET, 0)),
             step_times: Flag::default(),
             card: Turns::new(Card::new(&setup.card, setup.card_state, setup.writes)),
+            network: Turns::new(SimulatedNetwork::default()),
             board_id: u8::from(board_id == BoardId::Prime2660),
             events: Box::new((Slots::new(), AtomicU32::new(1))),
         };

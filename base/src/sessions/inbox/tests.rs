@@ -1,7 +1,13 @@
 use super::*;
 use proptest::prelude::*;
+use std::boxed::Box;
 use std::string::String;
 use std::vec::Vec;
+
+/// Makes the inbox of a serial line.
+fn serial() -> Box<Inbox> {
+    Box::new(InboxOf::<INBOX_BYTES>::new())
+}
 
 /// Takes all that waits; appends the lines that ended, and `lost` for each lost one.
 fn read(inbox: &Inbox, line: &mut String, lines: &mut Vec<String>) {
@@ -21,7 +27,7 @@ fn read(inbox: &Inbox, line: &mut String, lines: &mut Vec<String>) {
 
 #[test]
 fn realtime_characters_leave_the_stream_even_when_it_is_full() {
-    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let (inbox, mut intake) = (serial(), Intake::new());
     while inbox.room() > 0 {
         assert!(inbox.receive(&mut intake, b'a'));
     }
@@ -35,7 +41,7 @@ fn realtime_characters_leave_the_stream_even_when_it_is_full() {
 
 #[test]
 fn grbls_reset_drops_what_was_sent_before_it_and_nothing_behind() {
-    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let (inbox, mut intake) = (serial(), Intake::new());
     inbox.set_extended(true);
     b"G1 X1\nG1 (X\x18G0 X2\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
     assert_eq!(inbox.take_request(), Some(Realtime::Abort));
@@ -52,7 +58,7 @@ fn grbls_reset_drops_what_was_sent_before_it_and_nothing_behind() {
 
 #[test]
 fn who_comes_back_in_the_middle_of_a_line_has_lost_that_line_and_no_other() {
-    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let (inbox, mut intake) = (serial(), Intake::new());
     let send = |intake: &mut Intake, text: &[u8]| {
         text.iter().for_each(|byte| {
             let _kept = inbox.receive(intake, *byte);
@@ -74,7 +80,7 @@ fn who_comes_back_in_the_middle_of_a_line_has_lost_that_line_and_no_other() {
 
 #[test]
 fn of_whoever_is_forgotten_nothing_more_is_taken() {
-    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let (inbox, mut intake) = (serial(), Intake::new());
     let send = |intake: &mut Intake, text: &[u8]| {
         text.iter().for_each(|byte| {
             let _kept = inbox.receive(intake, *byte);
@@ -104,7 +110,7 @@ fn of_whoever_is_forgotten_nothing_more_is_taken() {
 
 #[test]
 fn what_comes_behind_a_look_is_not_taken_by_it() {
-    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let (inbox, mut intake) = (serial(), Intake::new());
     inbox.receive(&mut intake, b'a');
     let end = inbox.received();
     inbox.receive(&mut intake, b'b');
@@ -114,7 +120,7 @@ fn what_comes_behind_a_look_is_not_taken_by_it() {
 
 #[test]
 fn at_most_eight_queries_wait() {
-    let inbox = Inbox::new();
+    let inbox = serial();
     for _ in 0..20 {
         inbox.request(Realtime::Status);
     }
@@ -124,7 +130,7 @@ fn at_most_eight_queries_wait() {
 
 #[test]
 fn carriage_returns_and_line_feeds_end_one_line_together() {
-    let (inbox, mut intake) = (Inbox::new(), Intake::new());
+    let (inbox, mut intake) = (serial(), Intake::new());
     b"a\r\nb\rc\n\nd\r\n".iter().for_each(|byte| assert!(inbox.receive(&mut intake, *byte)));
     let mut lines = Vec::new();
     read(&inbox, &mut String::new(), &mut lines);
@@ -155,7 +161,7 @@ proptest! {
     fn a_packet_is_its_bytes(
         packets in prop::collection::vec(("[GMX0-9 .(;*?!\\x18\n\r\u{C2}\u{85}]{0,16}", 0_u8..14, 1_usize..40), 1..40),
     ) {
-        let (one_by_one, together) = (Inbox::new(), Inbox::new());
+        let (one_by_one, together) = (serial(), serial());
         let (mut intake, mut whole) = (Intake::new(), Intake::new());
         for (text, what, times) in packets {
             change(&one_by_one, &mut intake, what);
@@ -174,7 +180,7 @@ proptest! {
     fn each_line_is_read_whole_or_counted(
         rounds in prop::collection::vec((0_usize..900, any::<bool>(), 1_usize..40), 1..30),
     ) {
-        let (inbox, mut intake) = (Inbox::new(), Intake::new());
+        let (inbox, mut intake) = (serial(), Intake::new());
         let (mut line, mut lines, mut sent) = (String::new(), Vec::new(), Vec::new());
         for (burst, returns, length) in rounds {
             for _ in 0..burst {

@@ -3,7 +3,7 @@
 //! grblHAL (github.com/grblHAL/core, `report.c`) and what gSender and ioSender read of them.
 
 use base::reason::{Alarm, Reason};
-use base::sessions::{Enumeration, INBOX_BYTES, Reply};
+use base::sessions::{Enumeration, Reply};
 use config::MachineConfig;
 use parts::reports::{Line, add, free_axes};
 use program::{Interpreter, write_system_name};
@@ -11,6 +11,7 @@ use units::{Axis, AxisSet};
 
 use super::last_report::{Extra, Told};
 use super::numbered_settings::Setting;
+use super::reports::Ahead;
 
 /// First text of a session.
 pub(crate) const BANNER: &str = "GrblHAL 1.1f ['$' for help]\n";
@@ -55,10 +56,10 @@ pub(crate) fn add_fields(line: &mut Line, now: Extra, can_home: AxisSet, job: Op
 }
 
 /// Prints the part of `$I+` that `$I` also has: axes, and options beyond GRBL.
-pub(crate) fn build(config: &MachineConfig, program: &Interpreter, queue: usize, reply: &mut Reply<'_>) {
+pub(crate) fn build(config: &MachineConfig, program: &Interpreter, ahead: Ahead, reply: &mut Reply<'_>) {
     let axes = || Axis::PRIMARY.into_iter().chain(free_axes(config, program.tools()));
-    let (count, room) = (axes().count(), INBOX_BYTES - 1);
-    reply.say(format_args!("[OPT:VNMH,{queue},{room},{count},0]\n[AXS:{count}:"));
+    let count = axes().count();
+    reply.say(format_args!("[OPT:VNMH,{},{},{count},0]\n[AXS:{count}:", ahead.moves, ahead.bytes));
     axes().for_each(|axis| reply.say(format_args!("{}", axis.letter())));
     reply.say(format_args!("]\n[NEWOPT:ENUMS,HOME,EXPR,TC,SD]\n"));
 }

@@ -1,6 +1,6 @@
 //! `$G`, `$#`, `$I`, `$N`: GRBL's reports of the program and of itself, in its brackets.
 
-use base::sessions::{INBOX_BYTES, Reply};
+use base::sessions::Reply;
 use config::{ArmSolution, MachineConfig};
 use parts::outputs::Outputs;
 use program::{Interpreter, write_system_name};
@@ -83,13 +83,21 @@ fn say_point(reply: &mut Reply<'_>, [x, y, z]: [Length; 3]) {
     reply.say(format_args!(":{x},{y},{z}]\n"));
 }
 
+/// How much a sender may send ahead of the motors.
+#[derive(Clone, Copy)]
+pub(crate) struct Ahead {
+    /// Moves in the look-ahead queue.
+    pub moves: usize,
+    /// Bytes that wait for it.
+    pub bytes: usize,
+}
+
 /// `$I`: prints the version that senders look for, the build's text, the options, and how much may be sent
-/// ahead: moves in the look-ahead queue, and bytes that wait for it.
-pub(crate) fn build(config: &MachineConfig, own: &Own, version: &str, queue: usize, reply: &mut Reply<'_>) {
+/// ahead.
+pub(crate) fn build(config: &MachineConfig, own: &Own, version: &str, ahead: Ahead, reply: &mut Reply<'_>) {
     let corexy = if config.motion.arm_solution == ArmSolution::CoreXy { "C" } else { "" };
-    let room = INBOX_BYTES - 1;
     self::version(own, reply);
-    reply.say(format_args!("[OPT:VNM{corexy}H,{queue},{room}]\n"));
+    reply.say(format_args!("[OPT:VNM{corexy}H,{},{}]\n", ahead.moves, ahead.bytes));
     short(version, reply);
 }
 
