@@ -11,6 +11,7 @@ mod calendar;
 mod drivers;
 mod events;
 mod inputs;
+mod network;
 mod rest;
 mod storage;
 mod updates;
@@ -33,6 +34,10 @@ pub use drivers::{
 pub use events::EventLog;
 pub use gcode::realtime::Realtime;
 pub use inputs::{Input, InputLevels};
+pub use network::{
+    AddressOrigin, NETWORK_NAME_BYTES, Network, NetworkAddress, NetworkLink, NetworkNews, NetworkReport,
+    NetworkService, NetworkTraffic, PASSWORD_RECORD_BYTES, PasswordRecord,
+};
 pub use rest::{Rest, Wake};
 pub use storage::{
     CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FilesPort, FreeSpace, LIST_CHUNK,

@@ -7,10 +7,10 @@ use events::Event;
 
 use crate::failure::{Failure, Texts};
 use crate::ports::{
-    Ahead, Board, Calendar, Clock, DriversPort, EventLog, HeatPort, Inputs, LightPort, MotionPort, PinPort, Rest,
-    Storage, Updates, Usb,
+    Ahead, Board, Calendar, Clock, DriversPort, EventLog, HeatPort, Inputs, LightPort, MotionPort, Network, PinPort,
+    Rest, Storage, Updates, Usb,
 };
-use crate::sessions::{Consoles, Recipient, Reply, Sessions};
+use crate::sessions::{Consoles, Recipient, Reply, Rights, Sessions};
 use crate::supervisor::SupervisorPort;
 
 /// All that one machine asks of the world.
@@ -29,6 +29,7 @@ pub trait Ports:
     + Consoles
     + Board
     + Usb
+    + Network
     + Calendar
     + EventLog
     + Updates
@@ -50,6 +51,7 @@ impl<P> Ports for P where
         + Consoles
         + Board
         + Usb
+        + Network
         + Calendar
         + EventLog
         + Updates
@@ -78,6 +80,20 @@ impl<P: Ports> World<'_, P> {
     /// Says something to every session.
     pub fn announce(&mut self, text: Arguments<'_>) {
         self.sessions.say(Recipient::All, text);
+    }
+
+    /// Checks that whoever asks may change files, settings and firmware.
+    ///
+    /// # Errors
+    /// For a session that may only have the machine work.
+    pub fn owner_only(&self, asked: Recipient) -> Result<(), Failure> {
+        let session = asked.session().and_then(|id| self.sessions.get(id));
+        if session.is_none_or(|session| session.rights >= Rights::Own) {
+            return Ok(());
+        }
+        Err(Failure::refused(
+            &"this is for who has the machine's password: log in with it, or use USB or a serial console",
+        ))
     }
 
     /// Refuses a recipient's request, with the text of a failure.

@@ -212,6 +212,20 @@ fn check_mode_reads_and_carries_nothing_out() {
 }
 
 #[test]
+fn check_mode_deletes_nothing() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    for line in ["M28 kept.g", "G1 X1", "M29"] {
+        bench.say(line);
+    }
+    assert!(bench.say("$C").contains("Enabled"));
+    bench.say("M30 kept.g");
+    assert!(bench.say("$C").contains("Disabled"));
+    assert!(bench.say("ls").to_ascii_lowercase().contains("kept.g"));
+    bench.say("M30 kept.g");
+    assert!(!bench.say("ls").to_ascii_lowercase().contains("kept.g"));
+}
+
+#[test]
 fn check_mode_carries_out_nothing_that_takes_time() {
     let probe = ["[zprobe] enable = true", "[zprobe] probe_pin = PB10^", "[general] grbl_mode = true"];
     let mut bench = probe.into_iter().fold(Plan::new(CARTESIAN), Plan::set).start();

@@ -54,6 +54,8 @@ mod filament;
 mod grbl;
 #[path = "../src/features/lights/scenarios.rs"]
 mod lights;
+#[path = "../src/features/network/scenarios.rs"]
+mod network;
 #[path = "../src/features/objects/scenarios/mod.rs"]
 mod objects;
 #[path = "../src/features/paper/scenarios.rs"]

@@ -35,6 +35,7 @@ pub enum Command {
     Probe,
     CheckMode,
     Sleep,
+    Password,
 }
 
 /// Questions, answered whatever the machine waits for; `$X` is none, and must work at any time.
@@ -56,6 +57,7 @@ pub enum Question {
     Events,
     Echo,
     Unlock,
+    Network,
 }
 
 /// What a command does with files.
@@ -97,10 +99,12 @@ pub struct CommandInfo {
     pub needs_card: bool,
     /// Whether the command moves or heats: check mode (`$C`) only reads it.
     pub acts: bool,
+    /// Whether only the machine's owner may: the command changes files, settings or firmware.
+    pub is_for_owner: bool,
 }
 
 const fn command(word: &'static str, does: Command, takes: &'static str, help: &'static str) -> CommandInfo {
-    CommandInfo { word, does, takes, help, states: States::ALL, needs_card: false, acts: false }
+    CommandInfo { word, does, takes, help, states: States::ALL, needs_card: false, acts: false, is_for_owner: false }
 }
 
 impl CommandInfo {
@@ -118,6 +122,11 @@ impl CommandInfo {
         self.acts = true;
         self
     }
+
+    const fn for_owner(mut self) -> Self {
+        self.is_for_owner = true;
+        self
+    }
 }
 
 /// All commands, in the order in which `help` lists them.
@@ -130,17 +139,17 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("ls", Command::File(FileCommand::List), "[-1] [folder]", "list files with marks, dates and sizes; -1: names only"),
     command("cd", Command::File(FileCommand::ChangeFolder), "[folder]", "change the current folder; without one, to the card").card(),
     command("cat", Command::File(FileCommand::Show), "[-d] file [lines]", "show a file, or its first lines; -d: in five seconds, with Ctrl-Z at its end").card(),
-    command("rm", Command::File(FileCommand::Delete), "file ...", "delete files, or empty folders; quote names with blanks").card(),
-    command("mv", Command::File(FileCommand::Move), "from to", "rename or move").card(),
-    command("mkdir", Command::File(FileCommand::MakeFolder), "folder", "make a folder").card(),
-    command("cp", Command::File(FileCommand::Copy), "from to", "copy a file").card(),
-    command("truncate", Command::File(FileCommand::Truncate), "file bytes", "keep the beginning of a file").card(),
+    command("rm", Command::File(FileCommand::Delete), "file ...", "delete files, or empty folders; quote names with blanks").card().for_owner(),
+    command("mv", Command::File(FileCommand::Move), "from to", "rename or move").card().for_owner(),
+    command("mkdir", Command::File(FileCommand::MakeFolder), "folder", "make a folder").card().for_owner(),
+    command("cp", Command::File(FileCommand::Copy), "from to", "copy a file").card().for_owner(),
+    command("truncate", Command::File(FileCommand::Truncate), "file bytes", "keep the beginning of a file").card().for_owner(),
     command("md5sum", Command::File(FileCommand::Md5Sum), "file ...", "MD5 sums of files").card(),
     command("card", Command::File(FileCommand::Card), "", "what the SD card is, how fast its bus is, what it has done, and how much of it is free").card(),
-    command("ed", Command::File(FileCommand::Edit), "from to", "edit a file line by line into another one: %h lists commands, %c ends it").card(),
-    command("ry", Command::File(FileCommand::ReceiveByYmodem), "[silent]", "receive files by YModem; silent: say nothing beside"),
-    command("upload", Command::File(FileCommand::Receive), "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels").card(),
-    command("dl", Command::File(FileCommand::ReceiveCounted), "file bytes", "what is sent is the file, so many bytes, whatever they are; over USB or the network"),
+    command("ed", Command::File(FileCommand::Edit), "from to", "edit a file line by line into another one: %h lists commands, %c ends it").card().for_owner(),
+    command("ry", Command::File(FileCommand::ReceiveByYmodem), "[silent]", "receive files by YModem; silent: say nothing beside").for_owner(),
+    command("upload", Command::File(FileCommand::Receive), "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels").card().for_owner(),
+    command("dl", Command::File(FileCommand::ReceiveCounted), "file bytes", "what is sent is the file, so many bytes, whatever they are; over USB or the network").for_owner(),
     command("check", Command::Check, "file", "look through a file: what it asks of the machine, and how long it takes; nothing moves").card(),
     command("play", Command::Play, "file [-v] [-p] [-t] [-f dialect] [--from line|layer|byte N] [--force]", "play a file, or the rest of it: show its lines, begin paused, tell its end; --force: whatever a look at it says")
         .working().card(),
@@ -161,7 +170,7 @@ pub const COMMANDS: &[CommandInfo] = &[
         "config-set", Command::File(FileCommand::SetSetting),
         "\"section\" key [=] [value]",
         "change a setting, or delete it; takes effect at the next reset",
-    ).card(),
+    ).card().for_owner(),
     command("config-load", Command::LoadSettings, "file", "replay saved settings").working().card(),
     command("load", Command::LoadSettings, "file", "replay saved settings").working().card(),
     command("preheat", Command::Preheat, "[name|off]", "set every heater that has a preset of this name; without one, list them").working().acts(),
@@ -180,10 +189,12 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("gpio", Command::Gpio, "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working().acts(),
     command("break", Command::Break, "", "stop for a debugger; without one, the last events"),
     command("events", Command::Ask(Question::Events), "[count|all]", "what happened lately, before the last reset too, oldest first"),
-    command("flash", Command::Flash, "", "install the firmware in /sd/flashme.bin; this one is kept as firmware.previous").card(),
-    command("dfu", Command::Dfu, "", "restart the board to wait for firmware over USB (dfu-util)").card(),
-    command("reset", Command::Reset, "", "restart the board in a second"),
-    command("msc", Command::LendCard, "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back"),
+    command("flash", Command::Flash, "", "install the firmware in /sd/flashme.bin; this one is kept as firmware.previous").card().for_owner(),
+    command("dfu", Command::Dfu, "", "restart the board to wait for firmware over USB (dfu-util)").card().for_owner(),
+    command("net", Command::Ask(Question::Network), "", "the network: link, address, name, consoles, traffic"),
+    command("password", Command::Password, "word|off", "set the password that consoles of the network ask for, or forget it").card().for_owner(),
+    command("reset", Command::Reset, "", "restart the board in a second").for_owner(),
+    command("msc", Command::LendCard, "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back").for_owner(),
     command("dialect", Command::Dialect, "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", Command::Ask(Question::Echo), "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART"),
     command("$G", Command::Ask(Question::Modes), "", "the modal state"),
@@ -194,14 +205,13 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("$S", Command::Ask(Question::Switches), "[name ...]", "switches, without ok"),
     command("$J", Command::Jog, "[-c] axis distance ... [S scale | F rate]", "jog; -c: until Ctrl-Y").working(),
     command("$P", Command::Probe, "[words]", "probe as G30 does").working(),
-    command("$C", Command::CheckMode, "", "check mode on or off: programs are read and nothing is carried out"),
+    command("$C", Command::CheckMode, "", "check mode on or off: programs are read, and nothing moves, heats or is deleted"),
     command("$SLP", Command::Sleep, "", "sleep: everything off until Ctrl-X or a reset"),
 ];
 
 /// Commands of Smoothieware v2 whose part of the machine is missing so far, with that part or a substitute.
 const LATER: &[(&str, &str)] = &[
     ("fire", "the laser (not there yet)"),
-    ("net", "the network (not there yet)"),
     ("ntp", "the network (not there yet)"),
     ("qspi", "the QSPI flash (not there yet)"),
     ("rpm", "a spindle's encoder (not there yet)"),
@@ -272,7 +282,7 @@ mod tests {
 
     #[test]
     fn a_missing_part_is_named_for_its_commands_alone() {
-        assert_eq!(waits_for("net"), Some("the network (not there yet)"));
+        assert_eq!(waits_for("wget"), Some("the network (not there yet)"));
         assert!(COMMANDS.iter().all(|command| waits_for(command.word).is_none()));
     }
 }

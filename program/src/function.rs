@@ -54,12 +54,14 @@ impl Function {
         }
     }
 
-    /// Whether check mode (`$C`) carries the function out: whatever neither needs standing motors nor takes
-    /// time.
+    /// Whether check mode (`$C`) carries the function out: whatever neither needs standing motors, nor takes
+    /// time, nor deletes what is on the card.
     #[must_use]
     pub fn counts_in_check_mode(self, words: &Words<'_>) -> bool {
+        use FileFunction as F;
         match self {
-            Self::Limit(_) | Self::Setting(_) | Self::Report(_) | Self::File(_) => true,
+            Self::Limit(_) | Self::Setting(_) | Self::Report(_) => true,
+            Self::File(file) => !matches!(file, F::RemoveFile | F::ForgetSettings | F::DeleteGrid),
             Self::Standing(_) => !self.stands_first(words),
             Self::Geometry(_) | Self::Sequence(_) => false,
         }
@@ -77,6 +79,17 @@ impl Function {
             Self::File(function) => function == FileFunction::LabelObject,
             Self::Limit(_) => true,
             Self::Report(_) | Self::Geometry(_) | Self::Sequence(_) => false,
+        }
+    }
+
+    /// Whether the function writes or deletes what is kept on the card: only the machine's owner may.
+    #[must_use]
+    pub const fn is_for_owner(self) -> bool {
+        use {FileFunction as F, Sequence as S};
+        match self {
+            Self::File(file) => matches!(file, F::Upload | F::RemoveFile | F::ForgetSettings | F::DeleteGrid),
+            Self::Sequence(what) => matches!(what, S::SaveSettings | S::SaveGrid),
+            Self::Limit(_) | Self::Setting(_) | Self::Report(_) | Self::Standing(_) | Self::Geometry(_) => false,
         }
     }
 

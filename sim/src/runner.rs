@@ -10,6 +10,7 @@
 mod bank;
 pub mod curves;
 mod job;
+mod network;
 mod pins;
 mod ports;
 mod sensors;
@@ -34,6 +35,7 @@ use thermal::HeatControl;
 use crate::output::StepError;
 use crate::world::{World, WorldConfig};
 pub use job::{Job, plan, run, verify};
+pub use network::SimulatedNetwork;
 pub use ports::HostPorts;
 pub use setup::Setup;
 use setup::describe;
@@ -148,6 +150,11 @@ impl Runner {
         self.shared.news.set(true);
         // Every byte is offered: the machine itself reports losses.
         inbox.receive_all(intake, bytes)
+    }
+
+    /// Runs `work` with the network.
+    pub fn network<R>(&self, work: impl FnOnce(&mut SimulatedNetwork) -> R) -> R {
+        work(&mut self.shared.network.borrow_mut())
     }
 
     /// Connects somebody to the other end of a session, or disconnects.

@@ -1,6 +1,7 @@
 //! Simulated other ends of sessions: they connect, type and disconnect.
 
 use base::sessions::SessionId;
+use sim::runner::SimulatedNetwork;
 
 use crate::Bench;
 
@@ -8,6 +9,11 @@ impl Bench {
     /// Opens or closes the other end of a session in memory.
     pub fn set_open(&mut self, session: SessionId, open: bool) {
         self.runner.set_open(session, open);
+    }
+
+    /// Runs `work` with the network that the machine is in.
+    pub fn network<R>(&mut self, work: impl FnOnce(&mut SimulatedNetwork) -> R) -> R {
+        self.runner.network(work)
     }
 
     /// Reconnects a session in memory that has gone; its sender continues with the unsent rest.

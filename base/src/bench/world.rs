@@ -13,8 +13,8 @@ use units::{Actuator, Celsius, Micros, PerActuator, TICK_NANOSECONDS, Ticks, Vol
 use super::{BenchDrivers, Card, Line};
 use crate::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, Input, InputLevels,
-    Inputs, LightPort, MemoryReport, MotionPort, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Wake,
-    Workspace,
+    Inputs, LightPort, MemoryReport, MotionPort, Network, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb,
+    Wake, Workspace,
 };
 use crate::sessions::{Consoles, Inbox, SessionId, SessionProfile};
 use crate::supervisor::{Supervisor, SupervisorPort};
@@ -291,6 +291,8 @@ impl Board for World {
 }
 
 impl Usb for World {}
+
+impl Network for World {}
 
 impl Updates for World {}
 

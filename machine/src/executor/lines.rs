@@ -111,7 +111,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
         return;
     }
     let Some(session) = machine.world.sessions.get_mut(id) else { return };
-    let may_operate = session.rights == Rights::Operate;
+    let may_operate = session.rights >= Rights::Operate;
     session.decoder.counts_from_before = session.dialect == Dialect::Smoothie;
     match session.decoder.decode(line) {
         Ok(_) if !may_operate => {

@@ -172,7 +172,7 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn may_operate(&self, id: SessionId) -> bool {
-        self.world.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
+        self.world.sessions.get(id).is_some_and(|session| session.rights >= Rights::Operate)
     }
 
     fn gather(&mut self, id: SessionId) {
@@ -196,7 +196,7 @@ impl<P: Ports> Machine<'_, P> {
     /// Answers a line that is a question now, whatever the machine waits for.
     fn answer_question(&mut self, id: SessionId) {
         let Some(session) = self.world.sessions.get_mut(id) else { return };
-        let may_operate = session.rights == Rights::Operate;
+        let may_operate = session.rights >= Rights::Operate;
         // A copy: only the line of a question is read here.
         let mut decoder = session.decoder;
         let Some(line) = session.line_to_look_at() else { return };

@@ -22,7 +22,7 @@ use crate::features::axis_tests::command;
 use crate::features::forecast::ForecastHands;
 use crate::features::functions::{Stating, StatusHands};
 use crate::features::play_from::PlayFromHands;
-use crate::features::{event_log, file_commands, forecast, functions, play_from, update, usb_disk};
+use crate::features::{event_log, file_commands, forecast, functions, network, play_from, update, usb_disk};
 use crate::machine::fast_forward_record::Until;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, Moments as _, Served as _};
@@ -98,6 +98,9 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipi
         return Ok(Answer::Ok);
     }
     may_run(machine.safety.state(), info)?;
+    if info.is_for_owner {
+        machine.world.owner_only(to)?;
+    }
     machine.wait_for_door(info.states)?;
     if info.needs_card {
         card::at_rest(machine);
@@ -182,6 +185,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
             P::run_text(machine, line.as_str(), dialect, to)
         }),
         C::CheckMode => apart(|| machine.check_mode(to)),
+        C::Password => apart(|| network::set_password(&mut MachineHands::new(machine, to), arguments)),
         C::Sleep => machine.sleep().map(|()| Answer::Ok),
         C::Flash => apart(|| update::flash(&mut MachineHands::new(machine, to))),
         C::Dfu => apart(|| update::download(&mut MachineHands::new(machine, to))),
@@ -238,6 +242,7 @@ fn tell<P: Ports>(machine: &mut Machine<'_, P>, question: Question, arguments: &
         Question::Get => apart(|| get(machine, arguments, to)),
         Question::Progress => apart(|| progress(machine, arguments, to)),
         Question::Events => apart(|| event_log::tell(machine, arguments, to)),
+        Question::Network => apart(|| network::tell(&mut machine.world, to)),
         Question::Echo => apart(|| echo(&mut machine.world, arguments, to)),
         Question::Help => apart(|| help(&mut machine.world, &machine.program, arguments, to)),
         Question::Unlock => {

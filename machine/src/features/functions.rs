@@ -32,6 +32,9 @@ pub(crate) fn run<P: Ports>(
     words: Words<'_>,
     to: Recipient,
 ) -> Outcome {
+    if function.is_for_owner() {
+        machine.world.owner_only(to)?;
+    }
     if function.needs_card() {
         card::at_rest(machine);
     }

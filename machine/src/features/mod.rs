@@ -18,6 +18,7 @@ pub(crate) mod forecast;
 pub(crate) mod functions;
 pub(crate) mod grbl;
 pub(crate) mod lights;
+pub(crate) mod network;
 pub(crate) mod objects;
 pub(crate) mod paper;
 pub(crate) mod periodic_reports;
@@ -65,6 +66,7 @@ pub(crate) type List = features![
     forecast,
     periodic_reports,
     editing,
+    network,
 ];
 
 impl<P: Ports> Featured for P {

@@ -1,16 +1,17 @@
 //! The ports through which the machine sees the host.
 
+use std::cell::RefMut;
 use std::rc::Rc;
 
 use base::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, InputLevels,
-    Inputs, LightPort, MemoryReport, MotionPort, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Wake,
-    Workspace,
+    Inputs, LightPort, MemoryReport, MotionPort, Network, NetworkNews, NetworkReport, PasswordRecord, PinPort,
+    PinTaken, Rest, Start, StepTimes, Updates, Usb, Wake, Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
 use base::supervisor::{Supervisor, SupervisorPort};
-use config::{MachineConfig, Pin, Pull};
+use config::{MachineConfig, NetworkConfig, Pin, Pull};
 use corosensei::Yielder;
 use events::EventRing;
 use motion::{Latch, Motion};
@@ -18,6 +19,7 @@ use thermal::HeatControl;
 use units::{Celsius, Micros, Volts};
 
 use super::bank::{self, Bank};
+use super::network::SimulatedNetwork;
 use super::sensors::Sensors;
 use super::shared::Shared;
 use super::storage::Card;
@@ -35,6 +37,10 @@ impl<'y> HostPorts<'y> {
     #[must_use]
     pub(super) const fn new(shared: Rc<Shared>, yielder: &'y Yielder<(), Wake>) -> Self {
         Self { shared, yielder }
+    }
+
+    fn network(&self) -> RefMut<'_, SimulatedNetwork> {
+        self.shared.network.borrow_mut()
     }
 }
 
@@ -162,6 +168,33 @@ impl PinPort for HostPorts<'_> {
 }
 
 impl Usb for HostPorts<'_> {}
+
+impl Network for HostPorts<'_> {
+    fn join_network(&mut self, config: &NetworkConfig) -> Result<(), &'static str> {
+        self.network().join(config);
+        Ok(())
+    }
+
+    fn network_report(&self) -> Option<NetworkReport> {
+        self.network().told()
+    }
+
+    fn take_network_news(&mut self) -> Option<NetworkNews> {
+        self.network().news.pop_front()
+    }
+
+    fn set_password_record(&mut self, record: Option<&[u8]>) -> Result<(), &'static str> {
+        self.network().set_record(record)
+    }
+
+    fn begin_password(&mut self, password: &[u8]) {
+        self.network().begin_password(password);
+    }
+
+    fn take_password_record(&mut self) -> Option<PasswordRecord> {
+        self.network().take_record()
+    }
+}
 
 impl Updates for HostPorts<'_> {}
 

@@ -18,6 +18,7 @@ use units::{Axis, AxisSet};
 
 use crate::features::grbl::hands::{GrblHands, Spoken};
 use crate::features::grbl::numbered_settings::{Change, Setting, Sources};
+use crate::features::grbl::reports::Ahead;
 use crate::features::grbl::state::{HELP, Own, Text};
 use crate::features::grbl::status::{self, Report};
 use crate::features::grbl::{hal, jog, overrides, reports, stored};
@@ -41,6 +42,10 @@ pub(crate) fn run<'c>(hands: &mut impl GrblHands<'c>, command: &str, to: Recipie
         let jogged = jog::jog(&mut hands.sequence(to), &jog, &modal);
         hands.resynchronise();
         return jogged.map(|()| Answer::Ok);
+    }
+    if command.contains('=') {
+        // What is set is also saved.
+        hands.world().owner_only(to)?;
     }
     if let Some(axes) = command.strip_prefix('H') {
         return home(hands, axes, to);
@@ -97,7 +102,8 @@ fn report<P: Ports>(
     to: Recipient,
 ) {
     let World { ports, sessions, config, .. } = world;
-    let (queue, version) = (ports.motion(|motion| motion.queue_level().1), ports.board().version);
+    let (moves, version) = (ports.motion(|motion| motion.queue_level().1), ports.board().version);
+    let ahead = Ahead { moves, bytes: ports.inbox(to.session().unwrap_or(SessionId(0))).capacity() };
     let reply = &mut Reply::new(sessions, to);
     match what {
         "G" => reports::modal(config, program, outputs, reply),
@@ -105,13 +111,13 @@ fn report<P: Ports>(
         "N" => reports::startup(own, reply),
         _ if config.general.grblhal => {
             reports::version(own, reply);
-            hal::build(config, program, queue, reply);
+            hal::build(config, program, ahead, reply);
             if what == "I+" {
                 hal::firmware(version, reply);
             }
             reports::short(version, reply);
         }
-        _ => reports::build(config, own, version, queue, reply),
+        _ => reports::build(config, own, version, ahead, reply),
     }
 }
 
@@ -365,7 +371,7 @@ pub(crate) fn reset<'c>(hands: &mut impl GrblHands<'c>, id: SessionId) {
 /// Carries out a byte that changes an override or an output.
 pub(crate) fn change<P: Ports>(spoken: Spoken<'_, '_, P>, request: Realtime, id: SessionId) {
     let Spoken { world, safety, outputs, feed_waits, .. } = spoken;
-    let operates = world.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
+    let operates = world.sessions.get(id).is_some_and(|session| session.rights >= Rights::Operate);
     if !operates || safety.is_halted() {
         return;
     }

@@ -1,0 +1,175 @@
+//! The network as consoles see it: its news, its state, its password, who may do what over it.
+
+use base::ports::{AddressOrigin, NetworkAddress, NetworkLink, NetworkNews};
+use base::sessions::{ConsoleKind, Rights, SessionId, SessionProfile};
+use scenarios::{Bench, CARTESIAN, Plan};
+
+const NETWORK: &str = "\n[network]\nenable = true\nshell_enable = true\nhostname = lab-printer\n";
+/// A console over the network.
+const FAR: SessionId = SessionId(2);
+
+const ADDRESS: NetworkAddress = NetworkAddress {
+    address: [192, 168, 7, 45],
+    mask_bits: 20,
+    gateway: Some([192, 168, 0, 1]),
+    dns: Some([9, 9, 9, 9]),
+    origin: AddressOrigin::Dhcp,
+};
+
+fn with_network() -> Plan {
+    Plan::new(CARTESIAN).adding(NETWORK)
+}
+
+/// Connects a console over the network with these rights, which the test types on.
+fn visited(rights: Rights) -> Bench {
+    let profile = SessionProfile { kind: ConsoleKind::Network, rights, dialect: None, greeting: "hello\n" };
+    let mut bench = with_network().visitor(profile).start();
+    bench.set_open(FAR, true);
+    assert_eq!(bench.hear_on(FAR, 0.1), "hello\n");
+    bench
+}
+
+fn ask_far(bench: &mut Bench, line: &str) -> String {
+    bench.type_on(FAR, &format!("{line}\n"));
+    bench.hear_on(FAR, 0.5)
+}
+
+#[test]
+fn a_machine_without_a_network_says_so() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    assert_eq!(bench.say("net"), "No network: [network] enable is off\nok\n");
+    assert!(bench.say("password correct-horse").contains("there is no network"));
+}
+
+#[test]
+fn an_address_is_told_on_every_console_and_asked_for_by_net() {
+    let mut bench = visited(Rights::Own);
+    let said = bench.say("net");
+    assert!(said.starts_with("Link DOWN\nMAC Address: 02:00:00:00:00:01\nName: lab-printer.local\n"), "{said}");
+    assert!(said.contains("Telnet: port 23, 0 connected\nPassword: none"), "{said}");
+    bench.network(|network| {
+        if let Some(report) = &mut network.report {
+            report.link = Some(NetworkLink { mbit: 100, is_full_duplex: true });
+            report.address = Some(ADDRESS);
+            report.traffic.damaged = 3;
+        }
+        network.news.push_back(NetworkNews::Address(ADDRESS));
+    });
+    let told = "// network: 192.168.7.45 (from DHCP), lab-printer.local\n";
+    assert_eq!((bench.hear(0.1).as_str(), bench.hear_on(FAR, 0.1).as_str()), (told, told));
+    let said = ask_far(&mut bench, "net");
+    assert!(said.contains("Link: 100 Mbit/s, full duplex\nIP Address: 192.168.7.45 (from DHCP)\n"), "{said}");
+    assert!(said.contains("Subnet Mask: 255.255.240.0\nGateway Address: 192.168.0.1\n"), "{said}");
+    assert!(said.contains("DNS Server Address: 9.9.9.9\n") && said.contains("Damaged frames: 3"), "{said}");
+    for (news, words) in [
+        (NetworkNews::NoAddress, "no address any more"),
+        (NetworkNews::AddressTaken([10, 0, 0, 5]), "another machine has the address 10.0.0.5"),
+        (NetworkNews::Renamed("lab-printer-2".try_into().expect("short")), "this one is lab-printer-2.local now"),
+    ] {
+        bench.network(|network| network.news.push_back(news));
+        assert!(bench.hear(0.1).contains(words), "{words}");
+    }
+}
+
+#[test]
+fn the_networks_time_sets_the_clock_in_its_zone() {
+    for (zone, hour) in [("0", "12:00"), ("5.5", "17:30"), ("-3", "09:00")] {
+        let mut bench = with_network().set(&format!("[network] timezone = {zone}")).start();
+        // 2026-11-29 12:00:00.
+        bench.network(|network| network.news.push_back(NetworkNews::Time(1_795_953_600)));
+        bench.hear(0.1);
+        let date = bench.say("date");
+        assert!(date.starts_with(&format!("2026-11-29 {hour}")), "{zone}: {date}");
+    }
+}
+
+#[test]
+fn a_password_is_kept_on_the_card_and_shown_to_nobody() {
+    let mut bench = with_network().start();
+    for (line, why) in [
+        ("password", "write password and a word"),
+        ("password short", "8 to 63"),
+        ("password naive\u{e9}naive", "8 to 63"),
+    ] {
+        assert!(bench.say(line).contains(why), "{line}");
+    }
+    assert!(bench.say("password correct-horse").contains("ask for this password from now on\nok\n"));
+    assert_eq!(bench.network(|network| network.password.clone()).as_deref(), Some(&b"correct-horse"[..]));
+    assert!(bench.say("net").contains("Password: set\n"));
+    for line in ["cat netpass", "cat /sd/NETPASS", "cat \"netpass\""] {
+        let said = bench.say(line);
+        assert!(!said.contains("horse") && said.contains("not shown"), "{line}: {said}");
+    }
+    bench.say("password battery-staple");
+    assert!(!bench.say("ls").contains("previous-netpass"), "the former record stays on the card");
+    assert!(bench.say("password off").ends_with("ok\n"));
+    assert_eq!(bench.network(|network| network.password.clone()), None);
+    assert!(!bench.say("ls").contains("netpass"));
+}
+
+#[test]
+fn the_password_on_the_card_is_in_force_after_a_start() {
+    let mut bench = with_network().file("netpass", "plain$from-before\n").start();
+    assert_eq!(bench.network(|network| network.password.clone()).as_deref(), Some(&b"from-before"[..]));
+    assert!(bench.say("net").contains("Password: set\n"));
+    let mut bench = with_network().file("netpass", "rubbish").start();
+    assert_eq!(bench.network(|network| network.password.clone()), None);
+    assert!(bench.say("net").contains("Password: none"));
+}
+
+/// Whoever comes without the password has the machine work, and changes nothing that stays.
+#[test]
+fn who_only_operates_changes_neither_files_nor_settings_nor_firmware() {
+    let mut bench = visited(Rights::Operate);
+    for line in [
+        "rm a.g",
+        "mv a.g b.g",
+        "mkdir x",
+        "upload a.g",
+        "dl a.g 5",
+        "ry",
+        "config-set general grbl_mode true",
+        "flash",
+        "dfu",
+        "reset",
+        "msc",
+        "password correct-horse",
+        "M28 a.g",
+        "M30 a.g",
+        "M500",
+        "M502",
+    ] {
+        let said = ask_far(&mut bench, line);
+        assert!(said.contains("this is for who has the machine's password"), "{line}: {said}");
+    }
+    assert!(ask_far(&mut bench, "G28.3 X0 Y0 Z0").ends_with("ok\n"));
+    assert!(ask_far(&mut bench, "G1 X5 F3000").ends_with("ok\n"));
+    assert!(ask_far(&mut bench, "M104 S50").ends_with("ok\n"));
+    assert!(ask_far(&mut bench, "ls").ends_with("ok\n"));
+}
+
+#[test]
+fn the_owner_changes_them_over_the_network_as_well() {
+    let mut bench = visited(Rights::Own);
+    assert!(ask_far(&mut bench, "mkdir x").ends_with("ok\n"));
+    assert!(ask_far(&mut bench, "M500").ends_with("ok\n"));
+    assert!(ask_far(&mut bench, "password correct-horse").ends_with("ok\n"));
+}
+
+#[test]
+fn settings_of_grbl_are_the_owners_too() {
+    let mut bench = with_network()
+        .set("[general] grbl_mode = true")
+        .visitor(SessionProfile { kind: ConsoleKind::Network, rights: Rights::Operate, dialect: None, greeting: "" })
+        .start();
+    bench.set_open(FAR, true);
+    bench.hear_on(FAR, 0.1);
+    for line in ["$10=3", "$110=5000", "$N0=G21", "$RST=$", "$I=mine"] {
+        let said = ask_far(&mut bench, line);
+        assert!(said.contains("error:"), "{line}: {said}");
+    }
+    assert!(ask_far(&mut bench, "$J=G91 X1 F500").ends_with("ok\n"));
+    let options = ask_far(&mut bench, "$I");
+    assert!(options.contains(",1023]"), "what may be sent ahead over the network: {options}");
+    assert!(bench.say("$I").contains(",4095]"));
+}

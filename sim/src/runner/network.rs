@@ -1,0 +1,66 @@
+//! The network as the native runner has it: no frames, but everything that the machine's port says. Scenarios
+//! give it news; passwords are kept as they are, behind a word that says so.
+
+use std::collections::VecDeque;
+
+use base::ports::{NetworkNews, NetworkReport, NetworkService, PasswordRecord};
+use config::NetworkConfig;
+
+/// First word of a record here, where a real one has the name of its function.
+const SCHEME: &[u8] = b"plain$";
+
+/// State of the network.
+#[derive(Debug, Default)]
+pub struct SimulatedNetwork {
+    /// The report, once the machine has joined.
+    pub report: Option<NetworkReport>,
+    /// Changes that the machine has not taken yet.
+    pub news: VecDeque<NetworkNews>,
+    /// The password that is in force.
+    pub password: Option<Vec<u8>>,
+    /// Record that is made, and the number of questions until it is ready.
+    making: Option<(Vec<u8>, u8)>,
+}
+
+impl SimulatedNetwork {
+    pub(super) fn join(&mut self, config: &NetworkConfig) {
+        let consoles = [("Telnet", config.shell, config.shell_port), ("GRBL", config.grbl, config.grbl_port)];
+        let offered = consoles.into_iter().filter(|(_, is_on, _)| *is_on);
+        self.report = Some(NetworkReport {
+            mac: [2, 0, 0, 0, 0, 1],
+            name: if config.mdns {
+                config.host_name.as_str().try_into().unwrap_or_default()
+            } else {
+                Default::default()
+            },
+            services: offered.map(|(name, _, port)| NetworkService { name, port, peers: 0 }).collect(),
+            ..NetworkReport::default()
+        });
+    }
+
+    pub(super) fn told(&self) -> Option<NetworkReport> {
+        let has_password = self.password.is_some();
+        self.report.clone().map(|report| NetworkReport { has_password, ..report })
+    }
+
+    pub(super) fn set_record(&mut self, record: Option<&[u8]>) -> Result<(), &'static str> {
+        self.password = match record {
+            Some(record) => Some(record.strip_prefix(SCHEME).ok_or("this is no record of a password")?.to_vec()),
+            None => None,
+        };
+        Ok(())
+    }
+
+    pub(super) fn begin_password(&mut self, password: &[u8]) {
+        self.making = Some(([SCHEME, password].concat(), 3));
+    }
+
+    pub(super) fn take_record(&mut self) -> Option<PasswordRecord> {
+        let (record, turns) = self.making.take()?;
+        if turns == 0 {
+            return PasswordRecord::from_slice(&record).ok();
+        }
+        self.making = Some((record, turns - 1));
+        None
+    }
+}
