@@ -1,6 +1,6 @@
-//! Temperature sensors by their datasheets, as pure functions and small state machines. No pin in here, and
-//! no bus but one that is handed in: the caller reads the converter and hands over the number, or hands over
-//! a device on a bus.
+//! Temperature sensors and the Ethernet transceiver by their datasheets, as pure functions and small state
+//! machines. No pin in here, and no bus but one that is handed in: the caller reads the converter and hands
+//! over the number, or hands over a device on a bus.
 //!
 //! ```
 //! use drivers::thermistor::{AdcCode, Thermistor};
@@ -12,6 +12,7 @@
 //! ```
 #![cfg_attr(not(test), no_std)]
 
+pub mod lan8720;
 pub mod max31855;
 pub mod max31856;
 pub mod max31865;
