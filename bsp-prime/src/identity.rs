@@ -99,7 +99,26 @@ pub(crate) fn unique_id() -> [u32; 3] {
     unsafe { [0, 1, 2].map(|word| UNIQUE_ID.add(word).read_volatile()) }
 }
 
+/// Returns the address of the network interface: of those that anybody may give away (locally administered,
+/// for one station), the one that the chip's unique id leads to. The id's words have few bits that differ
+/// from chip to chip, letters and small numbers, so all of them go into each byte (FNV-1a).
+#[must_use]
+pub fn mac_address(unique_id: [u32; 3]) -> [u8; 6] {
+    let bytes = unique_id.into_iter().flat_map(u32::to_le_bytes);
+    let hash =
+        bytes.fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
+    // The upper 16 bits folded into the lower 48, as its authors do.
+    let [a, b, c, d, e, f, g, h] = hash.to_le_bytes();
+    [(a ^ g) & 0xFC | 0x02, b ^ h, c, d, e, f]
+}
+
 impl Identity {
+    /// Returns the address of the network interface.
+    #[must_use]
+    pub fn mac_address(&self) -> [u8; 6] {
+        mac_address(self.unique_id)
+    }
+
     pub(crate) fn read(reset_cause: Cause, last_words: Option<Text>) -> Self {
         let unique_id = unique_id();
         // SAFETY: read-only register.

@@ -18,6 +18,7 @@ mod tests {
     use core::fmt::Write;
 
     use bsp_prime::byte_ring::ByteRing;
+    use bsp_prime::identity::mac_address;
     use bsp_prime::last_words::{self, Text};
     use bsp_prime::pins::{PinError, PinName, PinSpec, Pull, table};
     use bsp_prime::rtc;
@@ -90,6 +91,29 @@ mod tests {
         defmt::assert!(ring.is_empty() && ring.room() == 4 && ring.pop().is_none());
         defmt::assert_eq!(ring.push_some(b"wxyz"), 4);
         defmt::assert_eq!(ring.pop(), Some(b'w'));
+    }
+
+    // --- identity ---
+
+    #[test]
+    fn each_chip_has_its_own_address_of_those_free_to_use() {
+        let mut seen = [[0; 6]; 96];
+        for bit in 0..96_usize {
+            // Chips of one wafer: ids that differ in a single bit.
+            let mut id = [0x0036_0027, 0x3039_510B, 0x3332_3436];
+            id[bit / 32] ^= 1 << (bit % 32);
+            let address = mac_address(id);
+            defmt::assert_eq!(address[0] & 0b11, 0b10, "for one station, locally administered");
+            defmt::assert!(!seen.contains(&address), "bit {}", bit);
+            seen[bit] = address;
+        }
+    }
+
+    #[test]
+    fn an_address_stays_the_same_for_ever(bench: &mut Bench) {
+        // Users have it in their routers: another calculation is another address.
+        defmt::assert_eq!(mac_address([0x0036_0027, 0x3039_510B, 0x3332_3436]), [0xCE, 0x0D, 0xDB, 0x87, 0xEF, 0x7C]);
+        defmt::assert_eq!(bench.identity.mac_address(), mac_address(bench.identity.unique_id));
     }
 
     // --- pins ---
