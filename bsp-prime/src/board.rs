@@ -4,6 +4,7 @@ use stm32h7xx_hal::pac;
 
 use crate::adc::{Supplies, Thermistors};
 use crate::clocks::{self, ClockError};
+use crate::ethernet;
 use crate::flash::BoardFlash;
 use crate::identity::{self, Identity};
 use crate::kept;
@@ -83,6 +84,8 @@ pub struct Board {
     pub sd: SdCard,
     /// The USB socket, not started.
     pub usb: UsbSocket,
+    /// The Ethernet controller, not started.
+    pub ethernet: ethernet::Parts,
     /// Clock of date and time.
     pub rtc: Rtc,
     /// The flash, for the log of updates and copies of the image.
@@ -165,6 +168,7 @@ impl Board {
             led_sender: LedSender::new(device.DMA2),
             sd: SdCard::new(device.SDMMC1),
             usb: UsbSocket::new(device.OTG2_HS_GLOBAL, device.OTG2_HS_DEVICE, device.OTG2_HS_PWRCLK),
+            ethernet: ethernet::Parts::new(device.ETHERNET_MAC, device.ETHERNET_MTL, device.ETHERNET_DMA),
             rtc,
             flash: BoardFlash::new(device.FLASH, &mut core.SCB),
             watchdog,

@@ -20,6 +20,7 @@ pub mod byte_ring;
 pub mod clocks;
 mod copy;
 pub mod dma;
+pub mod ethernet;
 pub mod flash;
 pub mod fpu;
 pub mod identity;

@@ -63,8 +63,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // A USB device over a bus as a trait: what its ports and its disk are connected to is handed in.
     ("usb", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
-    // controller is driven by `card::sd`; the flash is what `update` writes to.
-    ("bsp-prime", &["units", "events", "motion", "card", "update"]),
+    // controller is driven by `card::sd`, the Ethernet transceiver by `drivers`; the flash is what `update`
+    // writes to.
+    ("bsp-prime", &["units", "events", "motion", "drivers", "card", "update"]),
     // Boot code knows no machine.
     ("boot", &["bsp-prime", "card", "update", "usb"]),
     (
