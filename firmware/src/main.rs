@@ -16,6 +16,7 @@
 //! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
+//! | 1 | `frames` | ETH | none: it wakes the executor, which takes them |
 //! | 0 | `idle` | bytes, the card, and the feed | none: consoles and executor |
 //!
 //! The task bodies live in `base`, `machine` and `motion`; here are only priorities and ownership.
@@ -375,6 +376,13 @@ mod app {
         if let Some((controller, reading)) = read {
             cx.shared.heat.lock(|heat| heat.io.set_reading(controller, reading));
         }
+    }
+
+    // Frames have come, or there is room for more: the executor looks.
+    #[task(binds = ETH, priority = 1)]
+    fn frames(_: frames::Context) {
+        bsp_prime::ethernet::on_interrupt();
+        executor::wake();
     }
 
     /// The executor's locks.
