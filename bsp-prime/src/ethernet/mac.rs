@@ -23,6 +23,7 @@ mod control {
     /// is not to be received.
     pub const NO_CARRIER_SENSE: u32 = 1 << 9;
     pub const NO_RECEIVE_OWN: u32 = 1 << 10;
+    pub const LOOP_BACK: u32 = 1 << 12;
     pub const FULL_DUPLEX: u32 = 1 << 13;
     pub const HUNDRED: u32 = 1 << 14;
     /// ACS and CST: padding and check sequence are taken off.
@@ -182,11 +183,12 @@ impl Registers {
         self.dma.dmacier.write(|w| unsafe { w.bits(flags) });
     }
 
-    /// Starts to send and receive over this link. The ring to send is empty.
-    pub(super) fn start(&self, link: Link) {
+    /// Starts to send and receive over this link, or with the sender connected to the receiver. The ring to
+    /// send is empty.
+    pub(super) fn start(&self, link: Link, loops: bool) {
         let speed = if link.speed == Speed::Hundred { control::HUNDRED } else { 0 };
         let duplex = if link.duplex == Duplex::Full { control::FULL_DUPLEX } else { 0 };
-        let settings = control::ALWAYS | speed | duplex;
+        let settings = control::ALWAYS | speed | duplex | if loops { control::LOOP_BACK } else { 0 };
         // SAFETY: patterns of these registers' fields; the transmitter is stopped, as a change of speed, of
         // duplex and of the list's address asks for.
         unsafe {
@@ -227,11 +229,14 @@ impl Registers {
         self.mac.maccr.modify(|r, w| unsafe { w.bits(r.bits() & !control::SEND) });
     }
 
-    /// Returns the number of frames lost for want of a descriptor since the last call (ETH_DMACMFCR, which
-    /// clears when read; MFCO says that it has overflowed).
+    /// Returns the number of frames lost since the last call: those that found the queue full because no
+    /// descriptor was free (ETH_MTLRxQMPOCR: OVFPKTCNT), and those that an error of the DMA cost
+    /// (ETH_DMACMFCR: MFC). Both clear when read; a bit says that they have overflowed.
     pub(super) fn take_missed(&self) -> u32 {
-        let count = self.dma.dmacmfcr.read().bits();
-        (count & 0x7FF) + (count >> 15 & 1) * 0x800
+        const COUNT: u32 = 0x7FF;
+        let overflowed = self.mtl.mtlrx_qmpocr.read().bits();
+        let dropped = self.dma.dmacmfcr.read().bits();
+        (overflowed & COUNT) + (overflowed >> 11 & 1) * COUNT + (dropped & COUNT) + (dropped >> 15 & 1) * COUNT
     }
 
     /// Returns the number of frames with a wrong check sequence since the reset.

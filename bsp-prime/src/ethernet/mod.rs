@@ -36,6 +36,9 @@ const RESET_LIMIT: Micros = Micros::from_millis(500);
 /// Limits of the last frame, which takes 1.2 ms at 10 Mbit/s without collisions, and of a flush.
 const STOP_LIMIT: Micros = Micros::from_millis(20);
 
+/// The link of a sender that is connected to its own receiver.
+const LOOP: Link = Link { speed: Speed::Hundred, duplex: Duplex::Full, is_negotiated: false };
+
 /// The controller has masked its interrupts.
 static IS_SILENT: AtomicBool = AtomicBool::new(false);
 /// The DMA has stopped at an address that it cannot reach.
@@ -121,6 +124,7 @@ pub struct Ethernet {
     address: [u8; 6],
     link_mode: LinkMode,
     has_clock: bool,
+    loops: bool,
     missed: u32,
     restarts: u32,
 }
@@ -145,6 +149,7 @@ impl Ethernet {
             address,
             link_mode: link,
             has_clock: true,
+            loops: false,
             missed: 0,
             restarts: 0,
         })
@@ -160,10 +165,11 @@ impl Ethernet {
             return None;
         }
         self.management.poll(&self.registers.mac, now);
-        match (self.stage, self.management.link()) {
+        let link = if self.loops { Some(LOOP) } else { self.management.link() };
+        match (self.stage, link) {
             (Stage::Stopped, Some(link)) => {
                 self.send.restart();
-                self.registers.start(link);
+                self.registers.start(link, self.loops);
                 self.send.is_open = true;
                 self.stage = Stage::Running(link);
             }
@@ -232,6 +238,12 @@ impl Ethernet {
     fn listen(&self, for_sent: bool) {
         IS_SILENT.store(false, Ordering::Release);
         self.registers.listen(for_sent);
+    }
+
+    /// Connects the sender to the receiver within the controller. For tests, which then need no cable: of the
+    /// PHY only its clock.
+    pub fn loop_back(&mut self) {
+        self.loops = true;
     }
 
     /// Whether frames wait to be taken: the owner should not rest.
