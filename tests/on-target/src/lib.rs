@@ -32,6 +32,8 @@ pub struct Bench {
     pub identity: bsp_prime::identity::Identity,
     /// Hardware PWM, not started.
     pub pwm: bsp_prime::pwm::Pwm,
+    /// The Ethernet controller, not started.
+    pub ethernet: bsp_prime::ethernet::Parts,
     /// Clock of date and time.
     pub rtc: bsp_prime::rtc::Rtc,
     /// Watchdog, which long tests must feed.
@@ -68,6 +70,7 @@ pub fn bench() -> Bench {
         sd: board.sd,
         identity: board.identity,
         pwm: board.pwm,
+        ethernet: board.ethernet,
         rtc: board.rtc,
         watchdog: board.watchdog,
     }
