@@ -62,6 +62,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("update", &[]),
     // A USB device over a bus as a trait: what its ports and its disk are connected to is handed in.
     ("usb", &[]),
+    // Ethernet frames to bytes of consoles: who reads these is handed in.
+    ("net", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
     // controller is driven by `card::sd`, the Ethernet transceiver by `drivers`; the flash is what `update`
     // writes to.
@@ -85,6 +87,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "storage",
             "update",
             "usb",
+            "net",
             "bsp-prime",
         ],
     ),
@@ -165,6 +168,7 @@ const PURE: &[&str] = &[
     "storage",
     "update",
     "usb",
+    "net",
 ];
 
 /// Crates of the board itself. Neither they nor the pure crates wait but by a call: whoever calls them does.

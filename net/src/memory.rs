@@ -1,0 +1,90 @@
+//! Memory of all sockets.
+
+use heapless::Vec;
+use smoltcp::iface::SocketStorage;
+use smoltcp::socket::tcp;
+use smoltcp::wire::DhcpOption;
+
+use crate::settings::{HOST_BYTES, HostName, LINES, Service};
+
+/// Bytes that a console's connection holds of what came in, and of what goes out.
+pub const LINE_BYTES: usize = 2_048;
+/// Bytes that the connection of a visitor holds who is turned away.
+pub const DOOR_BYTES: usize = 128;
+/// Sockets: consoles, doors, DHCP.
+const SOCKETS: usize = LINES + Service::ALL.len() + 1;
+/// Option of DHCP that tells the board's name (RFC 2132 section 3.14).
+const HOST_NAME: u8 = 12;
+
+/// Buffers of a TCP socket.
+#[derive(Debug)]
+pub struct Buffers<const N: usize> {
+    incoming: [u8; N],
+    outgoing: [u8; N],
+}
+
+impl<const N: usize> Buffers<N> {
+    const fn new() -> Self {
+        Self { incoming: [0; N], outgoing: [0; N] }
+    }
+
+    /// Makes a socket of the buffers.
+    pub fn socket(&'static mut self) -> tcp::Socket<'static> {
+        let Self { incoming, outgoing } = self;
+        tcp::Socket::new(tcp::SocketBuffer::new(&mut incoming[..]), tcp::SocketBuffer::new(&mut outgoing[..]))
+    }
+}
+
+/// Memory of all sockets, for the one network.
+///
+/// A new one is all zero, so that it may lie in memory that is not loaded but cleared at the start.
+#[derive(Debug)]
+pub struct Memory {
+    pub(crate) lines: [Buffers<LINE_BYTES>; LINES],
+    pub(crate) doors: [Buffers<DOOR_BYTES>; Service::ALL.len()],
+    pub(crate) sockets: Vec<SocketStorage<'static>, SOCKETS>,
+    pub(crate) scratch: [u8; LINE_BYTES],
+    host: Vec<u8, HOST_BYTES>,
+    options: Vec<DhcpOption<'static>, 1>,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Memory {
+    /// Makes the memory, all zero.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            lines: [const { Buffers::new() }; LINES],
+            doors: [const { Buffers::new() }; Service::ALL.len()],
+            sockets: Vec::new(),
+            scratch: [0; LINE_BYTES],
+            host: Vec::new(),
+            options: Vec::new(),
+        }
+    }
+
+    /// Splits the memory into its parts.
+    pub(crate) fn parts(&'static mut self, name: &HostName) -> Parts {
+        let Self { lines, doors, sockets, scratch, host, options } = self;
+        while sockets.push(SocketStorage::EMPTY).is_ok() {}
+        host.clear();
+        let _fits = host.extend_from_slice(name.as_str().as_bytes());
+        options.clear();
+        let _fits = options.push(DhcpOption { kind: HOST_NAME, data: host });
+        Parts { lines, doors, sockets: &mut sockets[..], scratch, options }
+    }
+}
+
+/// Parts of the memory.
+pub struct Parts {
+    pub lines: &'static mut [Buffers<LINE_BYTES>; LINES],
+    pub doors: &'static mut [Buffers<DOOR_BYTES>; Service::ALL.len()],
+    pub sockets: &'static mut [SocketStorage<'static>],
+    pub scratch: &'static mut [u8; LINE_BYTES],
+    pub options: &'static [DhcpOption<'static>],
+}

@@ -1,0 +1,229 @@
+//! The network as a whole.
+
+use smoltcp::iface::{Config, Interface, PollIngressSingleResult, SocketSet};
+use smoltcp::phy::Device;
+use smoltcp::socket::dhcpv4;
+use smoltcp::time::{Duration, Instant};
+use smoltcp::wire::{EthernetAddress, HardwareAddress};
+
+use crate::address::{self, Keeper};
+use crate::consoles::{self, Consoles};
+use crate::line::Line;
+use crate::memory::{LINE_BYTES, Memory};
+use crate::news::{Inform, News};
+use crate::password::{Gate, Record, SALT_BYTES, Turn};
+use crate::random::Random;
+use crate::report::{AddressReport, Report};
+use crate::settings::{Addressing, LINES, Settings};
+use crate::wire::{Filter, Tap};
+
+/// Frames that a poll reads.
+const FRAMES_IN: u32 = 4;
+/// Frames that a poll sends, answers among them, and those of them that are not for answers.
+const FRAMES_OUT: u32 = 4;
+const OF_SOCKETS: u32 = 3;
+/// Greatest time between two polls.
+const MOST_REST: u64 = 100_000;
+
+/// The board on a network.
+pub struct Network {
+    settings: Settings,
+    interface: Interface,
+    sockets: SocketSet<'static>,
+    scratch: &'static mut [u8; LINE_BYTES],
+    filter: Filter,
+    address: Keeper,
+    consoles: Consoles,
+    gate: Gate,
+    news: Inform,
+    random: Random,
+    is_up: bool,
+    is_busy: bool,
+}
+
+impl Network {
+    /// Makes the network. `seed` must be another one at each start, `now` is in microseconds.
+    pub fn new(memory: &'static mut Memory, settings: Settings, device: &mut impl Device, seed: u64, now: u64) -> Self {
+        let mut mac = settings.mac;
+        // A group's address is nobody's.
+        mac[0] &= !1;
+        let settings = Settings { mac, ..settings };
+        let mut config = Config::new(HardwareAddress::Ethernet(EthernetAddress(mac)));
+        let mut random = Random::new(seed);
+        config.random_seed = random.next();
+        let interface = Interface::new(config, device, instant(now));
+        let parts = memory.parts(&settings.host);
+        let mut sockets = SocketSet::new(parts.sockets);
+        let has_fixed = matches!(settings.addressing, Addressing::Static(fixed) if fixed.prefix().is_some());
+        let dhcp = (!has_fixed).then(|| {
+            let mut socket = dhcpv4::Socket::new();
+            socket.set_outgoing_options(parts.options);
+            let mut retry = socket.get_retry_config();
+            retry.discover_timeout = Duration::from_secs(3);
+            retry.initial_request_timeout = Duration::from_secs(2);
+            socket.set_retry_config(retry);
+            sockets.add(socket)
+        });
+        let mut add = |mut socket| {
+            consoles::prepare(&mut socket);
+            sockets.add(socket)
+        };
+        let lines = parts.lines.each_mut().map(|buffers| add(buffers.socket()));
+        let doors = parts.doors.each_mut().map(|buffers| add(buffers.socket()));
+        Self {
+            interface,
+            scratch: parts.scratch,
+            filter: Filter::new(),
+            address: Keeper::new(&settings, dhcp),
+            consoles: Consoles::new(&settings, lines, doors),
+            gate: Gate::new(settings.password_required),
+            news: Inform::new(),
+            random,
+            is_up: false,
+            is_busy: false,
+            sockets,
+            settings,
+        }
+    }
+
+    /// Does a bounded piece of work: reads at most four frames, sends at most four, serves every console.
+    /// `now` is in microseconds, `is_up` says that the cable carries.
+    pub fn poll<D: Device, L: Line>(&mut self, now: u64, is_up: bool, device: &mut D, lines: &mut [L; LINES]) {
+        let now = instant(now);
+        let turn = self.gate.run();
+        if turn == Turn::Set {
+            self.news.tell(News::PasswordSet);
+        }
+        if self.is_up != is_up {
+            self.is_up = is_up;
+            self.turn_link(lines, now);
+        }
+        if !is_up {
+            self.is_busy = turn != Turn::Nothing;
+            return;
+        }
+        let worked = self.exchange(device, lines, now);
+        self.is_busy = worked || turn != Turn::Nothing;
+    }
+
+    /// Moves frames and bytes. Returns whether there was any.
+    fn exchange<D: Device, L: Line>(&mut self, device: &mut D, lines: &mut [L; LINES], now: Instant) -> bool {
+        let before = self.filter.counts();
+        let mut tap = Tap::new(device, &mut self.filter, OF_SOCKETS);
+        self.interface.poll_maintenance(now);
+        let _changed = self.interface.poll_egress(now, &mut tap, &mut self.sockets);
+        tap.allow(tap.may_send() + FRAMES_OUT - OF_SOCKETS);
+        for _ in 0..FRAMES_IN {
+            let waiting = self.consoles.listen(&mut self.sockets, now);
+            tap.filter().hold_off(waiting);
+            let heard = self.interface.poll_ingress_single(now, &mut tap, &mut self.sockets);
+            if heard == PollIngressSingleResult::None {
+                break;
+            }
+        }
+        let mut means = address::Means {
+            interface: &mut self.interface,
+            sockets: &mut self.sockets,
+            device: &mut tap,
+            random: &mut self.random,
+            news: &mut self.news,
+        };
+        if self.address.run(&mut means, now) {
+            self.abort(lines, now);
+        }
+        let mut means =
+            consoles::Means { now, gate: &mut self.gate, news: &mut self.news, scratch: &mut self.scratch[..] };
+        self.consoles.run(&mut self.sockets, lines, &mut means);
+        before != self.filter.counts()
+    }
+
+    /// The cable carries again, or no longer.
+    fn turn_link<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
+        self.filter.forget();
+        if self.is_up {
+            self.address.link_up(&mut self.sockets, now);
+        } else {
+            self.address.link_down(&mut self.interface, &mut self.news);
+            self.abort(lines, now);
+        }
+    }
+
+    /// Ends all connections.
+    fn abort<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
+        let mut means =
+            consoles::Means { now, gate: &mut self.gate, news: &mut self.news, scratch: &mut self.scratch[..] };
+        self.consoles.abort(&mut self.sockets, lines, &mut means);
+    }
+
+    /// Takes bytes for the visitor of a line. Returns how many: as many as have room, all if nobody listens.
+    pub fn write(&mut self, line: usize, bytes: &[u8]) -> usize {
+        let count = self.consoles.write(&mut self.sockets, line, bytes);
+        self.is_busy |= count > 0;
+        count
+    }
+
+    /// Returns the time until the next poll, in microseconds. Earlier, if a frame comes, a line has more room
+    /// than it had, or something was written.
+    pub fn next_in(&mut self, now: u64) -> u64 {
+        if self.is_busy || self.gate.is_busy() {
+            return 0;
+        }
+        if !self.is_up {
+            return MOST_REST;
+        }
+        let now = instant(now);
+        let of_sockets = self.interface.poll_at(now, &self.sockets);
+        let due = [of_sockets, self.address.due()].into_iter().flatten().min();
+        due.map_or(MOST_REST, |due| if due > now { (due - now).total_micros().min(MOST_REST) } else { 0 })
+    }
+
+    /// Takes the next event, if there is one. The oldest are dropped where nobody takes them.
+    pub fn take_news(&mut self) -> Option<News> {
+        self.news.take()
+    }
+
+    /// Returns the state of everything.
+    #[must_use]
+    pub fn report(&self) -> Report<'_> {
+        let address = self.address.terms().map(|terms| AddressReport {
+            address: terms.address.address(),
+            prefix: terms.address.prefix_len(),
+            origin: terms.origin,
+            gateway: terms.gateway,
+            dns: terms.dns,
+            server: terms.server,
+        });
+        Report {
+            is_up: self.is_up,
+            mac: self.settings.mac,
+            name: self.settings.host.as_str(),
+            is_named: false,
+            address,
+            candidate: self.address.candidate(),
+            visitors: self.consoles.visitors(),
+            counts: self.filter.counts(),
+        }
+    }
+
+    /// Sets the record of the password, or that there is none.
+    pub fn set_password_record(&mut self, record: Option<Record>) {
+        self.gate.set_record(record);
+    }
+
+    /// Returns the record of the password, if there is one. Its text is what is kept.
+    #[must_use]
+    pub const fn password_record(&self) -> Option<&Record> {
+        self.gate.record()
+    }
+
+    /// Begins to make a word the password: [`News::PasswordSet`] follows. `salt` must not be told by anything
+    /// that was before. False if the word is empty or longer than 64 bytes.
+    pub fn set_password(&mut self, word: &[u8], salt: [u8; SALT_BYTES]) -> bool {
+        self.gate.set(word, salt)
+    }
+}
+
+/// Returns the stack's time of one in microseconds.
+fn instant(now: u64) -> Instant {
+    Instant::from_micros(i64::try_from(now).unwrap_or(i64::MAX))
+}

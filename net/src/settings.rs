@@ -1,0 +1,209 @@
+//! Settings of the network, as the configuration has them.
+
+use core::net::Ipv4Addr;
+
+use heapless::String;
+
+/// Longest host name: a label of DNS has 63 bytes, and a number may have to follow.
+pub const HOST_BYTES: usize = 56;
+/// Longest name of a time server.
+pub const SERVER_BYTES: usize = 96;
+
+/// Port of telnet, which Smoothieware v2 listens on.
+pub const TELNET_PORT: u16 = 23;
+
+/// Name of the board in the network: one label of letters, digits and hyphens.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HostName(String<HOST_BYTES>);
+
+impl HostName {
+    /// Makes a legal name of what was asked for: other signs become hyphens, and an empty name is `velvet`.
+    #[must_use]
+    pub fn new(asked: &str) -> Self {
+        let mut name = String::new();
+        for sign in asked.trim().trim_end_matches(".local").chars() {
+            let legal = if sign.is_ascii_alphanumeric() { sign } else { '-' };
+            let is_leading = legal == '-' && name.is_empty();
+            if !is_leading && name.push(legal).is_err() {
+                break;
+            }
+        }
+        while name.ends_with('-') {
+            name.pop();
+        }
+        if name.is_empty() {
+            let _fits = name.push_str("velvet");
+        }
+        Self(name)
+    }
+
+    /// Returns the name without `.local`.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+/// Address that the board always has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StaticAddress {
+    /// The board's own address.
+    pub address: Ipv4Addr,
+    /// Mask of its network.
+    pub mask: Ipv4Addr,
+    /// Way out of the network, if there is one.
+    pub gateway: Option<Ipv4Addr>,
+    /// Server of names, if there is one.
+    pub dns: Option<Ipv4Addr>,
+}
+
+impl StaticAddress {
+    /// Returns the number of ones of the mask; `None` if that or the address is none.
+    #[must_use]
+    pub fn prefix(&self) -> Option<u8> {
+        let mask = self.mask.to_bits();
+        let is_mask = mask.leading_ones() + mask.trailing_zeros() == 32;
+        let is_host = !(self.address.is_unspecified() || self.address.is_multicast() || self.address.is_broadcast());
+        (is_mask && is_host && !self.address.is_loopback()).then_some(mask.leading_ones() as u8)
+    }
+}
+
+/// Origin of the board's address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Addressing {
+    /// A DHCP server's; one of 169.254.0.0/16 while there is no server.
+    Dhcp,
+    /// A given one.
+    Static(StaticAddress),
+}
+
+/// Server that is asked for the time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TimeServer {
+    /// By its address.
+    Address(Ipv4Addr),
+    /// By its name, which DNS knows.
+    Name(String<SERVER_BYTES>),
+}
+
+impl TimeServer {
+    /// Reads an address or a name; `None` for an empty text and one that is too long.
+    #[must_use]
+    pub fn new(text: &str) -> Option<Self> {
+        let text = text.trim().trim_end_matches('.');
+        if text.is_empty() {
+            return None;
+        }
+        match text.parse() {
+            Ok(address) => Some(Self::Address(address)),
+            Err(_) => String::try_from(text).ok().map(Self::Name),
+        }
+    }
+}
+
+/// Service over TCP that ends in consoles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Service {
+    /// Lines and answers as on a serial console.
+    Telnet,
+    /// The same in GRBL's dialect, for senders of CNC programs.
+    Grbl,
+}
+
+impl Service {
+    /// All services, in the order of their lines.
+    pub const ALL: [Self; 2] = [Self::Telnet, Self::Grbl];
+}
+
+/// Consoles that each service has.
+pub const LINES_EACH: usize = 2;
+/// Consoles of all services: those of [`Service::Telnet`] first, then those of [`Service::Grbl`].
+pub const LINES: usize = LINES_EACH * Service::ALL.len();
+
+/// Returns the service that a line belongs to.
+#[must_use]
+pub const fn service_of(line: usize) -> Service {
+    if line < LINES_EACH { Service::Telnet } else { Service::Grbl }
+}
+
+/// All settings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Address of the board's Ethernet controller.
+    pub mac: [u8; 6],
+    /// Name of the board.
+    pub host: HostName,
+    /// Origin of the board's address.
+    pub addressing: Addressing,
+    /// Server of the time, if the clock is to be set.
+    pub time_server: Option<TimeServer>,
+    /// Port of the telnet service, if there is one.
+    pub telnet: Option<u16>,
+    /// Port of the service in GRBL's dialect, if there is one.
+    pub grbl: Option<u16>,
+    /// Whether `NAME.local` is answered for.
+    pub mdns: bool,
+    /// Whether visitors have to know the password.
+    pub password_required: bool,
+}
+
+impl Settings {
+    /// Returns the settings of a board with this address of its controller, with no service.
+    #[must_use]
+    pub fn new(mac: [u8; 6]) -> Self {
+        Self {
+            mac,
+            host: HostName::new(""),
+            addressing: Addressing::Dhcp,
+            time_server: None,
+            telnet: None,
+            grbl: None,
+            mdns: true,
+            password_required: true,
+        }
+    }
+
+    /// Returns the port of a service, if there is one.
+    #[must_use]
+    pub const fn port(&self, service: Service) -> Option<u16> {
+        match service {
+            Service::Telnet => self.telnet,
+            Service::Grbl => self.grbl,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_host_name_is_made_legal() {
+        let name = |text: &str| HostName::new(text).as_str().to_owned();
+        assert_eq!(name("Velvet"), "Velvet");
+        assert_eq!(name(" my printer.local"), "my-printer");
+        assert_eq!(name("--a_b--"), "a-b");
+        assert_eq!(name(""), "velvet");
+        assert_eq!(name("***"), "velvet");
+        assert_eq!(name(&"x".repeat(99)).len(), HOST_BYTES);
+    }
+
+    #[test]
+    fn an_address_and_its_mask_are_judged() {
+        let of = |address: [u8; 4], mask: [u8; 4]| {
+            StaticAddress { address: address.into(), mask: mask.into(), gateway: None, dns: None }.prefix()
+        };
+        assert_eq!(of([192, 168, 1, 9], [255, 255, 255, 0]), Some(24));
+        assert_eq!(of([192, 168, 1, 9], [255, 0, 255, 0]), None);
+        assert_eq!(of([224, 0, 0, 1], [255, 255, 255, 0]), None);
+        assert_eq!(of([0, 0, 0, 0], [255, 255, 255, 0]), None);
+    }
+
+    #[test]
+    fn a_time_server_has_an_address_or_a_name() {
+        assert_eq!(TimeServer::new(" 10.0.0.1 "), Some(TimeServer::Address([10, 0, 0, 1].into())));
+        assert!(matches!(TimeServer::new("pool.ntp.org."), Some(TimeServer::Name(name)) if name == "pool.ntp.org"));
+        assert_eq!(TimeServer::new(" "), None);
+        assert_eq!(TimeServer::new(&"x".repeat(200)), None);
+    }
+}

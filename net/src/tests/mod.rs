@@ -1,0 +1,4 @@
+//! The whole network against a desk at the other end of a wire.
+
+mod addresses;
+mod consoles;
