@@ -13,6 +13,7 @@ use crate::led_strip::LedSender;
 use crate::memory::{self, FlashUse};
 use crate::pins::{self, Output, PinSpec, Pins, table};
 use crate::pwm::Pwm;
+use crate::random::RandomWords;
 use crate::rtc::{self, Rtc};
 use crate::sd::SdCard;
 use crate::silicon;
@@ -86,6 +87,8 @@ pub struct Board {
     pub usb: UsbSocket,
     /// The Ethernet controller, not started.
     pub ethernet: ethernet::Parts,
+    /// The chip's random numbers.
+    pub random: RandomWords,
     /// Clock of date and time.
     pub rtc: Rtc,
     /// The flash, for the log of updates and copies of the image.
@@ -169,6 +172,7 @@ impl Board {
             sd: SdCard::new(device.SDMMC1),
             usb: UsbSocket::new(device.OTG2_HS_GLOBAL, device.OTG2_HS_DEVICE, device.OTG2_HS_PWRCLK),
             ethernet: ethernet::Parts::new(device.ETHERNET_MAC, device.ETHERNET_MTL, device.ETHERNET_DMA),
+            random: RandomWords::new(device.RNG),
             rtc,
             flash: BoardFlash::new(device.FLASH, &mut core.SCB),
             watchdog,

@@ -32,6 +32,7 @@ pub mod log;
 pub mod memory;
 pub mod pins;
 pub mod pwm;
+pub mod random;
 pub mod rtc;
 #[cfg(feature = "rtt")]
 pub mod rtt;
