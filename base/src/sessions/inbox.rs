@@ -226,15 +226,7 @@ impl Inbox {
         let extended = self.extended.load(Ordering::Relaxed);
         match intake.receiver.hear(byte, extended) {
             Heard::Request(request) => {
-                if extended && request == Realtime::Abort {
-                    // GRBL's reset drops the bytes sent before it.
-                    *intake = Intake::new();
-                    self.reset_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
-                }
-                if matches!(request, Realtime::Stop | Realtime::JogCancel | Realtime::Hold) {
-                    self.stopped_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
-                }
-                self.request(request);
+                self.act(intake, request, extended);
                 return true;
             }
             Heard::Nothing => return true,
@@ -246,6 +238,19 @@ impl Inbox {
             Heard::Byte => {}
         }
         self.keep(intake, byte)
+    }
+
+    /// Leaves a request, and notes which bytes it is about.
+    fn act(&self, intake: &mut Intake, request: Realtime, extended: bool) {
+        if extended && request == Realtime::Abort {
+            // GRBL's reset drops the bytes sent before it.
+            *intake = Intake::new();
+            self.reset_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
+        }
+        if matches!(request, Realtime::Stop | Realtime::JogCancel | Realtime::Hold) {
+            self.stopped_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
+        }
+        self.request(request);
     }
 
     /// Queues a byte of a line.
@@ -489,5 +494,6 @@ impl Inbox {
     }
 }
 
+mod held_back;
 #[cfg(test)]
 mod tests;

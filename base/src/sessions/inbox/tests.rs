@@ -138,6 +138,66 @@ fn carriage_returns_and_line_feeds_end_one_line_together() {
 }
 
 /// Changes an inbox between two packets, in the way of this number.
+/// What a sender that is held back has sent acts as it would have with room, wherever it is cut.
+#[test]
+fn bytes_held_back_act_at_once_and_only_once() {
+    let sent = b"G1 X1 (x)\nG1 X2!\n~?M112\nG1 X3\n";
+    for cut in 0..sent.len() {
+        let (inbox, mut intake) = (serial(), Intake::new());
+        let _first = inbox.receive_all(&mut intake, &sent[..cut]);
+        let mut acted = Vec::new();
+        while let Some(request) = inbox.take_request() {
+            acted.push(request);
+        }
+        let (mut waiting, mut looked) = (sent[cut..].to_vec(), 0);
+        while let Some(gone) = inbox.look_ahead(&mut intake, &waiting, looked) {
+            looked = gone.start;
+            waiting.drain(gone);
+        }
+        while let Some(request) = inbox.take_request() {
+            acted.push(request);
+        }
+        acted.sort_by_key(|request| *request as u32);
+        let mut all = [Realtime::Hold, Realtime::Resume, Realtime::Status, Realtime::Emergency];
+        all.sort_by_key(|request| *request as u32);
+        assert_eq!(acted, all, "cut at {cut}");
+        // M112 alone stays among the lines.
+        let _rest = inbox.receive_all(&mut intake, &waiting);
+        assert!(inbox.take_request().is_none_or(|request| request == Realtime::Emergency), "cut at {cut}");
+        let (mut line, mut lines) = (String::new(), Vec::new());
+        read(&inbox, &mut line, &mut lines);
+        assert_eq!(lines, ["G1 X1 (x)", "G1 X2", "M112", "G1 X3"], "cut at {cut}");
+    }
+}
+
+#[test]
+fn a_reset_of_grbl_held_back_drops_what_was_sent_before_it() {
+    let (inbox, mut intake) = (serial(), Intake::new());
+    inbox.set_extended(true);
+    let _first = inbox.receive_all(&mut intake, b"G1 X1\nG1 ");
+    let waiting = b"X2\nG1 X3\xC2\x85\n\x18G1 X4\n";
+    assert_eq!(inbox.look_ahead(&mut intake, waiting, 0), Some(8..10), "a jog's end, as a letter");
+    assert_eq!(inbox.take_request(), Some(Realtime::JogCancel));
+    let waiting = b"X2\nG1 X3\n\x18G1 X4\n";
+    assert_eq!(inbox.look_ahead(&mut intake, waiting, 8), Some(0..10));
+    assert_eq!(inbox.take_request(), Some(Realtime::Abort));
+    inbox.drop_before_reset();
+    let _rest = inbox.receive_all(&mut intake, &waiting[10..]);
+    let (mut line, mut lines) = (String::new(), Vec::new());
+    read(&inbox, &mut line, &mut lines);
+    assert_eq!(lines, ["G1 X4"]);
+}
+
+#[test]
+fn nothing_acts_in_a_file_or_a_text_that_is_held_back() {
+    let (inbox, mut intake) = (serial(), Intake::new());
+    inbox.set_raw(true);
+    assert_eq!(inbox.look_ahead(&mut intake, b"?!\x18", 0), None);
+    inbox.set_raw(false);
+    inbox.set_text(true);
+    assert_eq!(inbox.look_ahead(&mut intake, b"?!\x18", 0), Some(2..3));
+}
+
 fn change(inbox: &Inbox, intake: &mut Intake, what: u8) {
     match what {
         0 => inbox.set_raw(true),
