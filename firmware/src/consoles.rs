@@ -1,8 +1,10 @@
 //! Consoles of the board: an enum, so that a new console makes the compiler name every place that must
 //! change.
 
-use base::sessions::{ConsoleKind, SessionProfile};
-use base::sessions::{INBOX_BYTES, Inbox, InboxOf, SessionId};
+use base::sessions::{ConsoleKind, Rights, SessionProfile};
+use base::sessions::{INBOX_BYTES, Inbox, InboxOf, NETWORK_INBOX_BYTES, SessionId};
+use gcode::Dialect;
+use net::{LINES, Service};
 
 static DEBUG: InboxOf<INBOX_BYTES> = InboxOf::new();
 static UART0: InboxOf<INBOX_BYTES> = InboxOf::new();
@@ -15,6 +17,10 @@ static USB1: InboxOf<INBOX_BYTES> = InboxOf::new();
 /// Nothing fast reads this inbox, so it need not be in DTCM; and it is all zero, as the section is.
 #[unsafe(link_section = ".d2ram")]
 static RTT: InboxOf<INBOX_BYTES> = InboxOf::new();
+
+/// Inboxes of network consoles, whose bytes come in packets as well.
+#[unsafe(link_section = ".d2ram")]
+static NETWORK: [InboxOf<NETWORK_INBOX_BYTES>; LINES] = [const { InboxOf::new() }; LINES];
 
 /// A console, in the order of the session ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +37,24 @@ pub enum Console {
     Usb1,
     /// RTT, through a debug probe.
     Rtt,
+    /// A console of the network, by its number: two for Telnet, then two in GRBL's dialect.
+    Network(u8),
 }
 
 impl Console {
     /// All consoles of the board.
-    pub const ALL: [Self; 6] = [Self::Debug, Self::Uart0, Self::Uart1, Self::Usb0, Self::Usb1, Self::Rtt];
+    pub const ALL: [Self; 10] = [
+        Self::Debug,
+        Self::Uart0,
+        Self::Uart1,
+        Self::Usb0,
+        Self::Usb1,
+        Self::Rtt,
+        Self::Network(0),
+        Self::Network(1),
+        Self::Network(2),
+        Self::Network(3),
+    ];
 
     /// Returns the console of a session.
     pub fn of(session: SessionId) -> Option<Self> {
@@ -51,6 +70,7 @@ impl Console {
             Self::Usb0 => &USB0,
             Self::Usb1 => &USB1,
             Self::Rtt => &RTT,
+            Self::Network(place) => &NETWORK[place as usize % LINES],
         }
     }
 
@@ -59,6 +79,16 @@ impl Console {
         match self {
             Self::Debug | Self::Uart0 | Self::Uart1 => SessionProfile::SERIAL,
             Self::Usb0 | Self::Usb1 => SessionProfile { kind: ConsoleKind::Usb, ..SessionProfile::SERIAL },
+            // The visitor's rights are known to the network.
+            Self::Network(place) => SessionProfile {
+                kind: ConsoleKind::Network,
+                rights: Rights::Watch,
+                dialect: match net::service_of(place as usize) {
+                    Service::Telnet => None,
+                    Service::Grbl => Some(Dialect::Grbl),
+                },
+                ..SessionProfile::SERIAL
+            },
             Self::Rtt => SessionProfile { kind: ConsoleKind::Memory, ..SessionProfile::SERIAL },
         }
     }

@@ -36,6 +36,7 @@ mod heat_io;
 mod lock_free;
 mod log;
 mod manifest;
+mod network;
 mod ports;
 mod rtt_console;
 mod slow;
@@ -75,6 +76,7 @@ mod app {
     use crate::consoles::Console;
     use crate::heat_io::Heat;
     use crate::lock_free::{LATCH, REACHED, REPORTS};
+    use crate::network::{self, BoardNetwork, Hardware};
     use crate::ports::{self, BoardPorts, Owned};
     use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
@@ -169,6 +171,11 @@ mod app {
             rtc: board.rtc,
             rtt: Said::new(ends.console),
             usb: Some((board.usb, board.identity.unique_id)),
+            network: BoardNetwork::new(Hardware {
+                ethernet: board.ethernet,
+                random: board.random,
+                mac: board.identity.mac_address(),
+            }),
             disk_lamp: None,
         };
         let shared = Shared {
@@ -382,6 +389,7 @@ mod app {
     #[task(binds = ETH, priority = 1)]
     fn frames(_: frames::Context) {
         bsp_prime::ethernet::on_interrupt();
+        network::note_event();
         executor::wake();
     }
 

@@ -31,6 +31,7 @@ use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
 use crate::lock_free::{LATCH, REPORTS};
 use crate::log::Told;
+use crate::network::{self, BoardNetwork};
 use crate::rtt_console::Said;
 use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage};
@@ -41,6 +42,7 @@ use crate::{executor, usb, workspace};
 
 mod calendar;
 mod computer;
+mod on_network;
 mod rest;
 mod updates;
 
@@ -73,6 +75,7 @@ pub struct Owned {
     pub rtt: Said,
     /// USB socket until it is connected, with the chip's unique id.
     pub usb: Option<(UsbSocket, [u32; 3])>,
+    pub network: BoardNetwork,
     /// Lamp that shows that the computer at the USB socket has the card.
     pub disk_lamp: Option<Output>,
 }
@@ -130,6 +133,7 @@ impl<L: Locks> BoardPorts<L> {
     ) -> Self {
         let storage = card_storage(card);
         usb::begin();
+        network::begin();
         Self {
             owned,
             storage,
@@ -153,7 +157,7 @@ impl<L: Locks> BoardPorts<L> {
             Console::Debug => Some(&mut self.owned.debug),
             Console::Uart0 => uart0_open.then_some(uart0),
             Console::Uart1 => uart1_open.then_some(uart1),
-            Console::Usb0 | Console::Usb1 | Console::Rtt => None,
+            Console::Usb0 | Console::Usb1 | Console::Rtt | Console::Network(_) => None,
         }
     }
 
@@ -317,13 +321,20 @@ impl<L: Locks> Consoles for BoardPorts<L> {
     }
 
     fn profile(&self, session: SessionId) -> SessionProfile {
-        Console::of(session).unwrap_or(Console::Debug).profile()
+        let console = Console::of(session).unwrap_or(Console::Debug);
+        match console {
+            Console::Network(place) => SessionProfile { rights: self.owned.network.rights(place), ..console.profile() },
+            _ => console.profile(),
+        }
     }
 
     fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
         let Some(console) = Console::of(session) else { return bytes.len() };
         if console == Console::Rtt {
             return self.owned.rtt.write(Console::Rtt.inbox(), bytes);
+        }
+        if let Console::Network(place) = console {
+            return if console.inbox().is_open() { self.owned.network.write(place, bytes) } else { bytes.len() };
         }
         if let Some(count) = usb::write(console, bytes) {
             return count;

@@ -88,6 +88,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "update",
             "usb",
             "net",
+            "net",
             "bsp-prime",
         ],
     ),

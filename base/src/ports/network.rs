@@ -119,6 +119,10 @@ pub enum NetworkNews {
     AddressTaken([u8; 4]),
     /// Another machine has the name; this one has another now.
     Renamed(String<NETWORK_NAME_BYTES>),
+    /// Somebody at this address has given a wrong password.
+    WrongPassword([u8; 4]),
+    /// The hardware has a fault: what it is, and what to do.
+    Fault(&'static str),
     /// The time of the network, seconds since 1970, UTC.
     Time(u64),
 }

@@ -17,10 +17,12 @@ impl<L: Locks> Clock for BoardPorts<L> {
 
 impl<L: Locks> Rest for BoardPorts<L> {
     fn rest(&mut self, wake: Wake) {
-        // The log is told of what is new in the ring, and USB of room for packets that wait.
+        // The log is told of what is new in the ring, and USB of room for packets that wait; the network has
+        // its turn.
         self.told.tell();
         usb::look_for_room();
-        executor::rest(wake);
+        let has_more = self.owned.network.poll(time::now());
+        executor::rest(if has_more { Wake::AtOnce } else { wake });
     }
 }
 

@@ -46,11 +46,11 @@ fn is_wanted(config: &MachineConfig) -> bool {
 }
 
 fn join<P: Ports>(world: &mut World<'_, P>) {
-    if let Err(why) = password::load(&mut world.ports) {
-        world.announce(format_args!("ERROR: {}: {why}; consoles of the network stay closed\n", password::PATH));
-    }
     if let Err(why) = world.ports.join_network(&world.config.network) {
         world.announce(format_args!("ERROR: the network does not work: {why}\n"));
+    }
+    if let Err(why) = password::load(&mut world.ports) {
+        world.announce(format_args!("ERROR: {}: {why}; no password is known\n", password::PATH));
     }
 }
 
@@ -76,6 +76,10 @@ fn tell_news<P: Ports>(world: &mut World<'_, P>, news: &NetworkNews) {
         NetworkNews::Renamed(name) => {
             world.announce(format_args!("// network: another machine has the name; this one is {name}.local now\n"));
         }
+        NetworkNews::WrongPassword(from) => {
+            world.announce(format_args!("// network: a wrong password came from {}\n", Dotted(*from)));
+        }
+        NetworkNews::Fault(why) => world.announce(format_args!("ERROR: the network does not work: {why}\n")),
         NetworkNews::Time(seconds) => {
             let offset = i64::from(world.config.network.timezone_minutes) * 60;
             if let Some(date) = DateTime::from_unix(seconds.saturating_add_signed(offset)) {

@@ -1,0 +1,390 @@
+//! The network for the machine: Ethernet, the stack over it, and the consoles that visitors are connected to.
+//!
+//! All of it belongs to the executor, which polls it while it rests: frames are never a reason for a late
+//! step. The interrupt only says that there is something to do.
+
+use core::cell::Cell;
+use core::fmt::Write as _;
+use core::mem::MaybeUninit;
+use core::ops::Range;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use base::ports::{
+    AddressOrigin, NetworkAddress, NetworkLink, NetworkNews, NetworkReport, NetworkService, NetworkTraffic,
+    PasswordRecord,
+};
+use base::sessions::{Intake, Rights};
+use bsp_prime::ethernet::{Duplex, Ethernet, EthernetError, Link, LinkMode, Parts, Speed};
+use bsp_prime::random::RandomWords;
+use bsp_prime::time;
+use config::{LinkSpeed, NetworkConfig};
+use net::{
+    Addressing, HostName, LINES, Line, Memory, News, Origin, Role, Service, Settings, StaticAddress, TimeServer,
+    Visitor,
+};
+use units::Micros;
+
+use crate::consoles::Console;
+use crate::executor;
+
+/// Longest time between two looks at the link and at the stack's timers.
+const LOOK_EVERY: Micros = Micros::from_millis(10);
+/// The same while the link is being made: each look moves the transceiver's registers on.
+const LOOK_OFTEN: Micros = Micros::from_millis(1);
+/// Room of an inbox, bytes, below which its visitor's bytes may have to wait.
+const SCARCE_ROOM: usize = 512;
+
+/// Whether the controller has interrupted since the last look.
+static HAS_EVENT: AtomicBool = AtomicBool::new(false);
+
+/// Buffers of the connections, all zero as the section is.
+#[unsafe(link_section = ".axisram")]
+static mut MEMORY: Memory = Memory::new();
+
+/// Place of the network in use.
+#[unsafe(link_section = ".axisram")]
+static mut PLACE: MaybeUninit<Joined> = MaybeUninit::uninit();
+
+/// Notes that the controller has interrupted.
+pub fn note_event() {
+    HAS_EVENT.store(true, Ordering::Release);
+}
+
+/// Marks the consoles of the network as unused. Call before there are sessions.
+pub fn begin() {
+    (0..LINES as u8).for_each(|place| Console::Network(place).inbox().set_open(false));
+}
+
+/// Console of the machine at which a visitor sits.
+struct NetworkLine {
+    console: Console,
+    intake: Intake,
+    rights: Rights,
+    /// Room of the inbox when the stack last asked.
+    asked_room: Cell<usize>,
+}
+
+impl NetworkLine {
+    fn new(place: usize) -> Self {
+        let console = Console::Network(place as u8);
+        Self { console, intake: Intake::new(), rights: Rights::Watch, asked_room: Cell::new(usize::MAX) }
+    }
+
+    /// Whether bytes that wait for room may have some now.
+    fn has_new_room(&self) -> bool {
+        let asked = self.asked_room.get();
+        asked < SCARCE_ROOM && self.console.inbox().room() > asked
+    }
+}
+
+impl Line for NetworkLine {
+    fn room(&self) -> usize {
+        let room = self.console.inbox().room();
+        self.asked_room.set(room);
+        room
+    }
+
+    fn receive(&mut self, bytes: &[u8]) {
+        // The inbox has room for the bytes.
+        let _taken = self.console.inbox().receive_all(&mut self.intake, bytes);
+        executor::wake_for_session();
+    }
+
+    fn look_ahead(&mut self, waiting: &[u8], looked: usize) -> Option<Range<usize>> {
+        let acts = self.console.inbox().look_ahead(&mut self.intake, waiting, looked);
+        executor::wake_for_session();
+        acts
+    }
+
+    fn open(&mut self, visitor: Visitor) {
+        self.rights = match visitor.role {
+            Role::Watch => Rights::Watch,
+            Role::Operate => Rights::Operate,
+            Role::Own => Rights::Own,
+        };
+        self.console.inbox().open(&mut self.intake);
+        executor::wake_for_session();
+    }
+
+    fn close(&mut self) {
+        self.console.inbox().set_open(false);
+        self.asked_room.set(usize::MAX);
+        executor::wake_for_session();
+    }
+}
+
+/// Hardware that the network needs.
+pub struct Hardware {
+    pub ethernet: Parts,
+    pub random: RandomWords,
+    /// Address of the controller.
+    pub mac: [u8; 6],
+}
+
+/// The network of the board: the hardware at rest, until the machine joins.
+pub struct BoardNetwork {
+    hardware: Option<Hardware>,
+    joined: Option<&'static mut Joined>,
+}
+
+/// The network in use.
+struct Joined {
+    ethernet: Ethernet,
+    stack: net::Network,
+    lines: [NetworkLine; LINES],
+    random: RandomWords,
+    link: Option<Link>,
+    /// Number of times that the link has come.
+    links: u32,
+    /// Time of the next look, if nothing happens before.
+    due: Micros,
+    services: heapless::Vec<(Service, u16), 2>,
+    has_mdns: bool,
+    /// Name that the network was last told to know the machine by.
+    name: HostName,
+    has_new_record: bool,
+    clock_set_at: Option<Micros>,
+    /// Fault of the hardware that has been told.
+    told: Option<EthernetError>,
+}
+
+impl BoardNetwork {
+    /// Makes the network of hardware at rest.
+    pub const fn new(hardware: Hardware) -> Self {
+        Self { hardware: Some(hardware), joined: None }
+    }
+
+    /// Starts the hardware and the stack, as the configuration says.
+    ///
+    /// # Errors
+    /// The hardware does not work.
+    pub fn join(&mut self, config: &NetworkConfig) -> Result<(), &'static str> {
+        let Some(Hardware { ethernet, mut random, mac }) = self.hardware.take() else { return Ok(()) };
+        let mode = match config.link {
+            LinkSpeed::Auto => LinkMode::Auto,
+            LinkSpeed::Fast => LinkMode::Hundred,
+            LinkSpeed::Slow => LinkMode::Ten,
+        };
+        let mut ethernet = Ethernet::start(ethernet, mac, mode).map_err(EthernetError::message)?;
+        let now = time::now();
+        let [low, high] = random.take();
+        let seed = u64::from(high) << 32 | u64::from(low);
+        let settings = settings(config, mac);
+        let name = settings.host.clone();
+        let services =
+            Service::ALL.into_iter().filter_map(|service| Some((service, settings.port(service)?))).collect();
+        let (memory, place) = (&raw mut MEMORY, &raw mut PLACE);
+        // SAFETY: the hardware was taken, so this runs once, and nothing else names the two statics; they are
+        // cleared at the start.
+        let joined = unsafe {
+            let stack = net::Network::new(&mut *memory, settings, &mut ethernet, seed, now.0);
+            (*place).write(Joined {
+                ethernet,
+                stack,
+                lines: core::array::from_fn(NetworkLine::new),
+                random,
+                link: None,
+                links: 0,
+                due: now,
+                services,
+                has_mdns: config.mdns,
+                name,
+                has_new_record: false,
+                clock_set_at: None,
+                told: None,
+            })
+        };
+        self.joined = Some(joined);
+        Ok(())
+    }
+
+    /// Does a bounded piece of work, if there is some. Returns whether there is more at once.
+    pub fn poll(&mut self, now: Micros) -> bool {
+        self.joined.as_mut().is_some_and(|joined| joined.poll(now))
+    }
+
+    /// Takes bytes for the visitor of a console: as many as fit, all if there is none.
+    pub fn write(&mut self, place: u8, bytes: &[u8]) -> usize {
+        let Some(joined) = self.joined.as_mut() else { return bytes.len() };
+        joined.due = Micros(0);
+        joined.stack.write(usize::from(place), bytes)
+    }
+
+    /// Returns the rights of a console's visitor.
+    pub fn rights(&self, place: u8) -> Rights {
+        let line = self.joined.as_ref().and_then(|joined| joined.lines.get(usize::from(place)));
+        line.map_or(Rights::Watch, |line| line.rights)
+    }
+
+    /// Returns the state of the network; none before it is used.
+    pub fn report(&self) -> Option<NetworkReport> {
+        self.joined.as_ref().map(|joined| joined.report())
+    }
+
+    /// Takes the next change.
+    pub fn take_news(&mut self) -> Option<NetworkNews> {
+        self.joined.as_mut()?.take_news()
+    }
+
+    /// Sets the record by which passwords are verified.
+    ///
+    /// # Errors
+    /// The record is none.
+    pub fn set_record(&mut self, record: Option<&[u8]>) -> Result<(), &'static str> {
+        let record = match record {
+            Some(text) => Some(net::Record::read(text).ok_or("this is no record of a password")?),
+            None => None,
+        };
+        if let Some(joined) = self.joined.as_mut() {
+            joined.stack.set_password_record(record);
+        }
+        Ok(())
+    }
+
+    /// Begins to make the record of a password.
+    pub fn begin_password(&mut self, password: &[u8]) {
+        let Some(joined) = self.joined.as_mut() else { return };
+        let mut salt = [0; net::SALT_BYTES];
+        let words: [u32; net::SALT_BYTES / 4] = joined.random.take();
+        for (place, byte) in salt.iter_mut().zip(words.into_iter().flat_map(u32::to_le_bytes)) {
+            *place = byte;
+        }
+        joined.due = Micros(0);
+        // The machine has verified the length.
+        let _begun = joined.stack.set_password(password, salt);
+    }
+
+    /// Takes the record of a new password when it is made.
+    pub fn take_record(&mut self) -> Option<PasswordRecord> {
+        let joined = self.joined.as_mut()?;
+        if !core::mem::take(&mut joined.has_new_record) {
+            return None;
+        }
+        let mut text = PasswordRecord::new();
+        // A record fits.
+        let _fits = write!(text, "{}", joined.stack.password_record()?);
+        Some(text)
+    }
+}
+
+impl Joined {
+    fn poll(&mut self, now: Micros) -> bool {
+        let has_event = HAS_EVENT.load(Ordering::Relaxed) && HAS_EVENT.swap(false, Ordering::AcqRel);
+        if !has_event && now < self.due && !self.lines.iter().any(NetworkLine::has_new_room) {
+            return false;
+        }
+        let link = self.ethernet.supervise(now);
+        self.links += u32::from(link.is_some() && self.link.is_none());
+        self.link = link;
+        self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut self.lines);
+        let rest = if link.is_some() { LOOK_EVERY } else { LOOK_OFTEN };
+        let next = self.stack.next_in(now.0);
+        self.due = now.plus(rest.min(Micros(next)));
+        next == 0 || self.ethernet.has_work()
+    }
+
+    fn report(&self) -> NetworkReport {
+        let report = self.stack.report();
+        let counters = self.ethernet.counters();
+        let peers =
+            |service| report.visitors.iter().flatten().filter(|visitor| visitor.service == service).count() as u8;
+        NetworkReport {
+            mac: report.mac,
+            link: self.link.map(|link| NetworkLink {
+                mbit: if link.speed == Speed::Hundred { 100 } else { 10 },
+                is_full_duplex: link.duplex == Duplex::Full,
+            }),
+            address: self.address(),
+            name: if self.has_mdns { report.name.try_into().unwrap_or_default() } else { heapless::String::new() },
+            traffic: NetworkTraffic {
+                received: (counters.received, counters.received_bytes),
+                sent: (counters.sent, counters.sent_bytes),
+                damaged: counters.damaged.wrapping_add(counters.check_errors),
+                lost: counters.missed,
+                broadcasts_left_out: counters.too_many,
+                links: self.links,
+            },
+            services: self
+                .services
+                .iter()
+                .map(|&(service, port)| NetworkService { name: name_of(service), port, peers: peers(service) })
+                .collect(),
+            has_password: self.stack.password_record().is_some(),
+            clock_set_ago: self.clock_set_at.map(|at| (time::now().since(at).0 / 1_000_000) as u32),
+        }
+    }
+
+    fn address(&self) -> Option<NetworkAddress> {
+        self.stack.report().address.map(|address| NetworkAddress {
+            address: address.address.octets(),
+            mask_bits: address.prefix,
+            gateway: address.gateway.map(|gateway| gateway.octets()),
+            dns: address.dns[0].map(|dns| dns.octets()),
+            origin: match address.origin {
+                Origin::Static => AddressOrigin::Configuration,
+                Origin::Dhcp => AddressOrigin::Dhcp,
+                Origin::LinkLocal => AddressOrigin::LinkLocal,
+            },
+        })
+    }
+
+    fn take_news(&mut self) -> Option<NetworkNews> {
+        let fault = self.ethernet.fault();
+        if fault != self.told {
+            self.told = fault;
+            if let Some(fault) = fault {
+                return Some(NetworkNews::Fault(fault.message()));
+            }
+        }
+        while let Some(news) = self.stack.take_news() {
+            match news {
+                News::Address { .. } => return self.address().map(NetworkNews::Address),
+                News::AddressLost { loss: net::Loss::Replaced, .. } => {}
+                News::AddressLost { .. } => return Some(NetworkNews::NoAddress),
+                News::AddressTaken { address, .. } => return Some(NetworkNews::AddressTaken(address.octets())),
+                News::Named(name) if name != self.name => {
+                    self.name = name;
+                    return Some(NetworkNews::Renamed(self.name.as_str().try_into().unwrap_or_default()));
+                }
+                News::Time { unix_ms } => {
+                    self.clock_set_at = Some(time::now());
+                    return Some(NetworkNews::Time(unix_ms.saturating_add(500) / 1_000));
+                }
+                News::WrongPassword { from, .. } => return Some(NetworkNews::WrongPassword(from.octets())),
+                News::PasswordSet => self.has_new_record = true,
+                News::Named(_) | News::NameTaken(_) | News::NoTime | News::Came(_) | News::Left(_) => {}
+            }
+        }
+        None
+    }
+}
+
+const fn name_of(service: Service) -> &'static str {
+    match service {
+        Service::Telnet => "Telnet",
+        Service::Grbl => "GRBL",
+    }
+}
+
+/// Returns the stack's settings for those of the configuration, which have been checked.
+fn settings(config: &NetworkConfig, mac: [u8; 6]) -> Settings {
+    let addressing = match (config.address.given(), config.mask.given()) {
+        (Some(address), Some(mask)) => Addressing::Static(StaticAddress {
+            address: address.into(),
+            mask: mask.into(),
+            gateway: config.gateway.given().map(Into::into),
+            dns: config.dns.given().map(Into::into),
+        }),
+        _ => Addressing::Dhcp,
+    };
+    Settings {
+        host: HostName::new(&config.host_name),
+        addressing,
+        time_server: if config.ntp { TimeServer::new(&config.ntp_server) } else { None },
+        telnet: config.shell.then_some(config.shell_port),
+        grbl: config.grbl.then_some(config.grbl_port),
+        mdns: config.mdns,
+        password_required: config.password_required,
+        ..Settings::new(mac)
+    }
+}

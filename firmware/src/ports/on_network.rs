@@ -1,0 +1,32 @@
+//! The network: the machine's port to it.
+
+use base::ports::{Network, NetworkNews, NetworkReport, PasswordRecord};
+use config::NetworkConfig;
+
+use super::{BoardPorts, Locks};
+
+impl<L: Locks> Network for BoardPorts<L> {
+    fn join_network(&mut self, config: &NetworkConfig) -> Result<(), &'static str> {
+        self.owned.network.join(config)
+    }
+
+    fn network_report(&self) -> Option<NetworkReport> {
+        self.owned.network.report()
+    }
+
+    fn take_network_news(&mut self) -> Option<NetworkNews> {
+        self.owned.network.take_news()
+    }
+
+    fn set_password_record(&mut self, record: Option<&[u8]>) -> Result<(), &'static str> {
+        self.owned.network.set_record(record)
+    }
+
+    fn begin_password(&mut self, password: &[u8]) {
+        self.owned.network.begin_password(password);
+    }
+
+    fn take_password_record(&mut self) -> Option<PasswordRecord> {
+        self.owned.network.take_record()
+    }
+}
