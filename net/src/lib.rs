@@ -12,9 +12,11 @@
 #![cfg_attr(not(test), no_std)]
 
 mod address;
+mod clock;
 mod consoles;
 mod line;
 mod memory;
+mod names;
 mod network;
 mod news;
 mod password;

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 use smoltcp::iface::SocketStorage;
-use smoltcp::socket::tcp;
+use smoltcp::socket::{tcp, udp};
 use smoltcp::wire::DhcpOption;
 
 use crate::settings::{HOST_BYTES, HostName, LINES, Service};
@@ -11,8 +11,8 @@ use crate::settings::{HOST_BYTES, HostName, LINES, Service};
 pub const LINE_BYTES: usize = 2_048;
 /// Bytes that the connection of a visitor holds who is turned away.
 pub const DOOR_BYTES: usize = 128;
-/// Sockets: consoles, doors, DHCP.
-const SOCKETS: usize = LINES + Service::ALL.len() + 1;
+/// Sockets: consoles, doors, DHCP, mDNS, and the one that asks for names and time.
+const SOCKETS: usize = LINES + Service::ALL.len() + 3;
 /// Option of DHCP that tells the board's name (RFC 2132 section 3.14).
 const HOST_NAME: u8 = 12;
 
@@ -35,15 +35,44 @@ impl<const N: usize> Buffers<N> {
     }
 }
 
+/// Buffers of a UDP socket: for `M` datagrams each way, `N` bytes together that come in and `S` that go out.
+#[derive(Debug)]
+pub struct Datagrams<const M: usize, const N: usize, const S: usize> {
+    incoming: [u8; N],
+    outgoing: [u8; S],
+    of_incoming: Vec<udp::PacketMetadata, M>,
+    of_outgoing: Vec<udp::PacketMetadata, M>,
+}
+
+impl<const M: usize, const N: usize, const S: usize> Datagrams<M, N, S> {
+    const fn new() -> Self {
+        Self { incoming: [0; N], outgoing: [0; S], of_incoming: Vec::new(), of_outgoing: Vec::new() }
+    }
+
+    /// Makes a socket of the buffers.
+    pub fn socket(&'static mut self) -> udp::Socket<'static> {
+        let Self { incoming, outgoing, of_incoming, of_outgoing } = self;
+        for metadata in [&mut *of_incoming, &mut *of_outgoing] {
+            while metadata.push(udp::PacketMetadata::EMPTY).is_ok() {}
+        }
+        udp::Socket::new(
+            udp::PacketBuffer::new(&mut of_incoming[..], &mut incoming[..]),
+            udp::PacketBuffer::new(&mut of_outgoing[..], &mut outgoing[..]),
+        )
+    }
+}
+
 /// Memory of all sockets, for the one network.
 ///
 /// A new one is all zero, so that it may lie in memory that is not loaded but cleared at the start.
 #[derive(Debug)]
 pub struct Memory {
-    pub(crate) lines: [Buffers<LINE_BYTES>; LINES],
-    pub(crate) doors: [Buffers<DOOR_BYTES>; Service::ALL.len()],
-    pub(crate) sockets: Vec<SocketStorage<'static>, SOCKETS>,
-    pub(crate) scratch: [u8; LINE_BYTES],
+    lines: [Buffers<LINE_BYTES>; LINES],
+    doors: [Buffers<DOOR_BYTES>; Service::ALL.len()],
+    mdns: Datagrams<4, 2_048, 1_024>,
+    asker: Datagrams<2, 640, 256>,
+    sockets: Vec<SocketStorage<'static>, SOCKETS>,
+    scratch: [u8; LINE_BYTES],
     host: Vec<u8, HOST_BYTES>,
     options: Vec<DhcpOption<'static>, 1>,
 }
@@ -61,6 +90,8 @@ impl Memory {
         Self {
             lines: [const { Buffers::new() }; LINES],
             doors: [const { Buffers::new() }; Service::ALL.len()],
+            mdns: Datagrams::new(),
+            asker: Datagrams::new(),
             sockets: Vec::new(),
             scratch: [0; LINE_BYTES],
             host: Vec::new(),
@@ -70,13 +101,14 @@ impl Memory {
 
     /// Splits the memory into its parts.
     pub(crate) fn parts(&'static mut self, name: &HostName) -> Parts {
-        let Self { lines, doors, sockets, scratch, host, options } = self;
+        let Self { lines, doors, mdns, asker, sockets, scratch, host, options } = self;
         while sockets.push(SocketStorage::EMPTY).is_ok() {}
         host.clear();
         let _fits = host.extend_from_slice(name.as_str().as_bytes());
         options.clear();
         let _fits = options.push(DhcpOption { kind: HOST_NAME, data: host });
-        Parts { lines, doors, sockets: &mut sockets[..], scratch, options }
+        let (mdns, asker) = (mdns.socket(), asker.socket());
+        Parts { lines, doors, mdns, asker, sockets: &mut sockets[..], scratch, options }
     }
 }
 
@@ -84,6 +116,8 @@ impl Memory {
 pub struct Parts {
     pub lines: &'static mut [Buffers<LINE_BYTES>; LINES],
     pub doors: &'static mut [Buffers<DOOR_BYTES>; Service::ALL.len()],
+    pub mdns: udp::Socket<'static>,
+    pub asker: udp::Socket<'static>,
     pub sockets: &'static mut [SocketStorage<'static>],
     pub scratch: &'static mut [u8; LINE_BYTES],
     pub options: &'static [DhcpOption<'static>],

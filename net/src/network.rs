@@ -1,15 +1,17 @@
 //! The network as a whole.
 
-use smoltcp::iface::{Config, Interface, PollIngressSingleResult, SocketSet};
+use smoltcp::iface::{Config, Interface, PollIngressSingleResult, SocketHandle, SocketSet};
 use smoltcp::phy::Device;
-use smoltcp::socket::dhcpv4;
+use smoltcp::socket::{dhcpv4, udp};
 use smoltcp::time::{Duration, Instant};
 use smoltcp::wire::{EthernetAddress, HardwareAddress};
 
 use crate::address::{self, Keeper};
+use crate::clock::Clock;
 use crate::consoles::{self, Consoles};
 use crate::line::Line;
 use crate::memory::{LINE_BYTES, Memory};
+use crate::names::{self, MDNS_ADDRESS, Responder};
 use crate::news::{Inform, News};
 use crate::password::{Gate, Record, SALT_BYTES, Turn};
 use crate::random::Random;
@@ -33,6 +35,12 @@ pub struct Network {
     scratch: &'static mut [u8; LINE_BYTES],
     filter: Filter,
     address: Keeper,
+    /// Socket of mDNS, if it is answered.
+    mdns: Option<SocketHandle>,
+    responder: Responder,
+    /// Socket that asks for names and time.
+    asker: SocketHandle,
+    clock: Clock,
     consoles: Consoles,
     gate: Gate,
     news: Inform,
@@ -64,6 +72,12 @@ impl Network {
             socket.set_retry_config(retry);
             sockets.add(socket)
         });
+        let mdns = settings.mdns.then(|| {
+            let mut socket = parts.mdns;
+            names::bind(&mut socket);
+            sockets.add(socket)
+        });
+        let asker = sockets.add(parts.asker);
         let mut add = |mut socket| {
             consoles::prepare(&mut socket);
             sockets.add(socket)
@@ -75,6 +89,10 @@ impl Network {
             scratch: parts.scratch,
             filter: Filter::new(),
             address: Keeper::new(&settings, dhcp),
+            mdns,
+            responder: Responder::new(&settings),
+            asker,
+            clock: Clock::new(settings.time_server.clone()),
             consoles: Consoles::new(&settings, lines, doors),
             gate: Gate::new(settings.password_required),
             news: Inform::new(),
@@ -129,12 +147,41 @@ impl Network {
             news: &mut self.news,
         };
         if self.address.run(&mut means, now) {
-            self.abort(lines, now);
+            self.change_address(lines, now);
         }
+        self.run_names(now);
         let mut means =
             consoles::Means { now, gate: &mut self.gate, news: &mut self.news, scratch: &mut self.scratch[..] };
         self.consoles.run(&mut self.sockets, lines, &mut means);
         before != self.filter.counts()
+    }
+
+    /// Answers for the name, and asks for the time.
+    fn run_names(&mut self, now: Instant) {
+        let Some(terms) = self.address.terms() else { return };
+        let dns = terms.dns;
+        if let Some(handle) = self.mdns {
+            let mut means =
+                names::Means { random: &mut self.random, news: &mut self.news, scratch: &mut self.scratch[..] };
+            self.responder.run(self.sockets.get_mut(handle), &mut means, now);
+        }
+        let socket = self.sockets.get_mut::<udp::Socket>(self.asker);
+        self.clock.run(socket, dns, &mut self.random, &mut self.news, now);
+    }
+
+    /// The board has another address, or none.
+    fn change_address<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
+        self.abort(lines, now);
+        let address = self.address.terms().map(|terms| terms.address);
+        self.clock.restart(now);
+        let Some(handle) = self.mdns else { return };
+        names::bind(self.sockets.get_mut(handle));
+        self.responder.set_address(address, now, &mut self.random);
+        // Joining anew has the switches be told again.
+        let _was_there = self.interface.leave_multicast_group(MDNS_ADDRESS);
+        if address.is_some() {
+            let _has_room = self.interface.join_multicast_group(MDNS_ADDRESS);
+        }
     }
 
     /// The cable carries again, or no longer.
@@ -144,7 +191,7 @@ impl Network {
             self.address.link_up(&mut self.sockets, now);
         } else {
             self.address.link_down(&mut self.interface, &mut self.news);
-            self.abort(lines, now);
+            self.change_address(lines, now);
         }
     }
 
@@ -173,8 +220,15 @@ impl Network {
         }
         let now = instant(now);
         let of_sockets = self.interface.poll_at(now, &self.sockets);
-        let due = [of_sockets, self.address.due()].into_iter().flatten().min();
+        let of_names =
+            self.address.terms().and_then(|_| [self.responder.due(), self.clock.due()].into_iter().flatten().min());
+        let due = [of_sockets, self.address.due(), of_names].into_iter().flatten().min();
         due.map_or(MOST_REST, |due| if due > now { (due - now).total_micros().min(MOST_REST) } else { 0 })
+    }
+
+    /// Has others be told that the board goes, as it is about to start anew. The next polls do it.
+    pub fn leave(&mut self) {
+        self.responder.leave();
     }
 
     /// Takes the next event, if there is one. The oldest are dropped where nobody takes them.
@@ -196,11 +250,13 @@ impl Network {
         Report {
             is_up: self.is_up,
             mac: self.settings.mac,
-            name: self.settings.host.as_str(),
-            is_named: false,
+            name: self.responder.name(),
+            is_named: self.responder.is_named(),
             address,
             candidate: self.address.candidate(),
             visitors: self.consoles.visitors(),
+            time_server: self.clock.state().0,
+            time_at: self.clock.state().1.map(|at| at.total_micros().unsigned_abs()),
             counts: self.filter.counts(),
         }
     }

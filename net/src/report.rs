@@ -41,6 +41,10 @@ pub struct Report<'a> {
     pub candidate: Option<Ipv4Addr>,
     /// Visitors at the consoles.
     pub visitors: [Option<Visitor>; LINES],
+    /// Server of the time, once its address is known.
+    pub time_server: Option<Ipv4Addr>,
+    /// Time of its last answer, in microseconds as polls have it.
+    pub time_at: Option<u64>,
     /// Frames since the start.
     pub counts: Counts,
 }

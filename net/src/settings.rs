@@ -1,11 +1,14 @@
 //! Settings of the network, as the configuration has them.
 
+use core::fmt::Write as _;
 use core::net::Ipv4Addr;
 
 use heapless::String;
 
-/// Longest host name: a label of DNS has 63 bytes, and a number may have to follow.
-pub const HOST_BYTES: usize = 56;
+/// Longest host name: a number may have to follow, and all is one label of DNS.
+pub const HOST_BYTES: usize = 52;
+/// Longest label of DNS.
+const LABEL_BYTES: usize = 63;
 /// Longest name of a time server.
 pub const SERVER_BYTES: usize = 96;
 
@@ -14,14 +17,14 @@ pub const TELNET_PORT: u16 = 23;
 
 /// Name of the board in the network: one label of letters, digits and hyphens.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct HostName(String<HOST_BYTES>);
+pub struct HostName(String<LABEL_BYTES>);
 
 impl HostName {
     /// Makes a legal name of what was asked for: other signs become hyphens, and an empty name is `velvet`.
     #[must_use]
     pub fn new(asked: &str) -> Self {
         let mut name = String::new();
-        for sign in asked.trim().trim_end_matches(".local").chars() {
+        for sign in asked.trim().trim_end_matches(".local").chars().take(HOST_BYTES) {
             let legal = if sign.is_ascii_alphanumeric() { sign } else { '-' };
             let is_leading = legal == '-' && name.is_empty();
             if !is_leading && name.push(legal).is_err() {
@@ -34,6 +37,13 @@ impl HostName {
         if name.is_empty() {
             let _fits = name.push_str("velvet");
         }
+        Self(name)
+    }
+
+    /// Returns the name with a number behind it.
+    pub(crate) fn numbered(&self, number: u32) -> Self {
+        let mut name = self.0.clone();
+        let _fits = write!(name, "-{number}");
         Self(name)
     }
 

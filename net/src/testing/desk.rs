@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet, SocketStorage};
 use smoltcp::socket::{tcp, udp};
 use smoltcp::time::{Duration, Instant};
-use smoltcp::wire::{EthernetAddress, HardwareAddress, IpAddress, IpCidr, Ipv4Cidr};
+use smoltcp::wire::{EthernetAddress, HardwareAddress, IpAddress, IpCidr, IpEndpoint, Ipv4Cidr};
 
 use super::dhcp::DhcpServer;
 use super::wire::Port;
@@ -50,6 +50,30 @@ impl Desk {
         socket.bind(67).expect("a port");
         let dhcp_socket = sockets.add(socket);
         Self { port, interface, sockets, dhcp: DhcpServer::new(board), dhcp_socket, next_port: 40_000 }
+    }
+
+    /// Adds a UDP socket at a port, which hears mDNS too.
+    pub fn bind(&mut self, port: u16) -> SocketHandle {
+        let mut socket = datagrams();
+        socket.bind(port).expect("a port");
+        socket.set_hop_limit(Some(255));
+        let _twice = self.interface.join_multicast_group(Ipv4Addr::new(224, 0, 0, 251));
+        self.sockets.add(socket)
+    }
+
+    pub fn udp(&mut self, handle: SocketHandle) -> &mut udp::Socket<'static> {
+        self.sockets.get_mut(handle)
+    }
+
+    /// Sends a datagram.
+    pub fn tell(&mut self, handle: SocketHandle, to: (Ipv4Addr, u16), bytes: &[u8]) {
+        self.udp(handle).send_slice(bytes, (IpAddress::Ipv4(to.0), to.1)).expect("room");
+    }
+
+    /// Reads the next datagram, and where it came from.
+    pub fn datagram(&mut self, handle: SocketHandle) -> Option<(Vec<u8>, IpEndpoint)> {
+        let (bytes, from) = self.udp(handle).recv().ok()?;
+        Some((bytes.to_vec(), from.endpoint))
     }
 
     /// Begins a connection.

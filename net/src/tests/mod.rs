@@ -1,4 +1,6 @@
 //! The whole network against a desk at the other end of a wire.
 
 mod addresses;
+mod clock;
 mod consoles;
+mod names;
