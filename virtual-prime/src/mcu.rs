@@ -5,7 +5,7 @@ use rigless::edge::Pulse;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Layout;
 use rigless::soc::stm32h743::Stm32h743;
-use rigless::soc::stm32h743::generated::{flash, gpioa, pwr, rcc, syscfg};
+use rigless::soc::stm32h743::generated::{flash, pwr, rcc, syscfg};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 use rigless::soc::stm32h743::peripherals::gpio::PORTS;
 use rigless::soc::stm32h743::peripherals::tim::Channel;
@@ -15,7 +15,7 @@ use rigless::time::VirtualNanos;
 use sim::world::{PWM_TIMERS, Pin};
 
 use crate::outputs::{PinChange, SharedWorld, TappedExti};
-use crate::peripherals::ethernet::{EthernetDma, EthernetMac, Surroundings};
+use crate::peripherals::ethernet::{Ethernet, Place as EthernetBlock, Surroundings, Wire};
 use crate::peripherals::fmc::Fmc;
 use crate::peripherals::iwdg::Iwdg;
 use crate::peripherals::otg::core::{Core as UsbCore, Surroundings as UsbSurroundings};
@@ -35,6 +35,12 @@ const BCM7: u64 = 1 << 23;
 const USB_PINS: [u8; 2] = [11, 12];
 const USB_FUNCTION: u8 = 10;
 
+/// Pins of RMII on the board, by port, in four groups: the PHY's clock, management, received data, data to be
+/// sent; and the alternate function that connects them.
+const ETHERNET_PINS: [&[(usize, &[u8])]; 4] =
+    [&[(0, &[1])], &[(0, &[2]), (2, &[1])], &[(0, &[7]), (2, &[4, 5])], &[(6, &[11, 12, 13])]];
+const ETHERNET_FUNCTION: u8 = 11;
+
 /// The microcontroller with our models.
 #[derive(Debug)]
 pub struct PrimeMcu {
@@ -45,8 +51,9 @@ pub struct PrimeMcu {
     /// Timers TIM1 and TIM8, whose outputs are observed.
     pub(crate) pwm: [TappedTimer; PWM_TIMERS],
     pwr: PrimePwr,
-    ethernet_dma: EthernetDma,
-    ethernet_mac: EthernetMac,
+    ethernet: Ethernet,
+    /// Whether an access may have changed the Ethernet controller's surroundings.
+    ethernet_is_stale: bool,
     fmc: Fmc,
     iwdg: Iwdg,
     otg: Otg,
@@ -78,6 +85,23 @@ struct Slots {
     sdmmc: usize,
     ports: [usize; PORTS.len()],
     consoles: [usize; 3],
+}
+
+impl Slots {
+    /// Returns the Ethernet controller's block at a slot.
+    fn ethernet_block(&self, slot: usize) -> Option<EthernetBlock> {
+        let blocks = [
+            (self.ethernet_mac, EthernetBlock::Mac),
+            (self.ethernet_mtl, EthernetBlock::Mtl),
+            (self.ethernet_dma, EthernetBlock::Dma),
+        ];
+        blocks.into_iter().find(|&(own, _)| own == slot).map(|(_, block)| block)
+    }
+
+    /// Whether a slot is of a block that lies between the Ethernet controller and its pins.
+    fn is_way_of_ethernet(&self, slot: usize) -> bool {
+        slot == self.syscfg || ETHERNET_PINS.iter().copied().flatten().any(|&(port, _)| self.ports[port] == slot)
+    }
 }
 
 impl PrimeMcu {
@@ -117,8 +141,8 @@ impl PrimeMcu {
             pwm: std::array::from_fn(|timer| TappedTimer::new(timer, world.clone())),
             exti: TappedExti::new(wiring, world),
             pwr: PrimePwr::default(),
-            ethernet_dma: EthernetDma::default(),
-            ethernet_mac: EthernetMac::default(),
+            ethernet: Ethernet::new(),
+            ethernet_is_stale: true,
             fmc: Fmc,
             iwdg: Iwdg::default(),
             otg: Otg::default(),
@@ -193,37 +217,45 @@ impl PrimeMcu {
         Mcu::bus(&self.part).slots()[slot].registers().get(register)
     }
 
-    /// Whether one of the first eight pins of a port is the Ethernet controller's: alternate function 11.
-    fn is_ethernet(&self, port: usize, number: usize) -> bool {
-        let slot = self.slots.ports[port];
-        let mode = self.register(slot, gpioa::Register::Moder) >> (2 * number) & 3;
-        mode == 2 && self.register(slot, gpioa::Register::Afrl) >> (4 * number) & 0xF == 11
+    /// Whether these pins of a port are connected to the Ethernet controller.
+    fn are_ethernet(&self, port: usize, pins: &[u8]) -> bool {
+        let registers = self.bus().slots()[self.slots.ports[port]].registers();
+        pins.iter().all(|&pin| PinState::of(registers, pin).drive == Drive::Function(ETHERNET_FUNCTION))
     }
 
-    /// Tells the Ethernet controller what it depends on outside of its own registers, and holds the registers
-    /// of all its blocks in reset while the DMA's software reset lasts (RM0399, ETH_DMAMR).
-    fn look_around_ethernet(&mut self, slot: usize) {
+    /// Tells the Ethernet controller what it depends on outside of its own registers.
+    fn look_around_ethernet(&mut self) {
+        if !std::mem::take(&mut self.ethernet_is_stale) {
+            return;
+        }
         let clocks = rcc::ahb1enr::ETH1MACEN.mask() | rcc::ahb1enr::ETH1TXEN.mask() | rcc::ahb1enr::ETH1RXEN.mask();
         let enabled = self.register(self.slots.rcc, rcc::Register::Ahb1enr) & clocks == clocks;
         // EPIS = 100 selects RMII.
         let rmii = self.register(self.slots.syscfg, syscfg::Register::Pmcr) >> 21 & 7 == 4;
-        let around = Surroundings {
-            clocked: enabled && rmii && self.is_ethernet(0, 1),
-            managed: self.is_ethernet(0, 2) && self.is_ethernet(2, 1),
+        let [reference, management, receiving, sending] =
+            ETHERNET_PINS.map(|group| group.iter().all(|&(port, pins)| self.are_ethernet(port, pins)));
+        self.ethernet.look_around(Surroundings {
+            clocked: enabled && rmii && reference,
+            managed: management,
+            hears: receiving,
+            speaks: sending,
             hclk_hz: self.part.rcc.hclk(Mcu::bus(&self.part).slots()[self.slots.rcc].registers()),
-        };
-        self.ethernet_dma.around = around;
-        self.ethernet_mac.around = around;
-        let held = EthernetDma::resetting(Mcu::bus(&self.part).slots()[self.slots.ethernet_dma].registers());
-        let stale = if slot == self.slots.ethernet_mac {
-            std::mem::take(&mut self.ethernet_dma.mac_is_stale)
-        } else {
-            slot == self.slots.ethernet_mtl && std::mem::take(&mut self.ethernet_dma.mtl_is_stale)
-        };
-        if stale || held && slot != self.slots.ethernet_dma {
-            self.part.bus_mut().slot_mut(slot).registers_mut().reset();
-            self.ethernet_mac.abort();
-        }
+        });
+    }
+
+    fn with_ethernet<R>(
+        &mut self,
+        at: VirtualNanos,
+        work: impl FnOnce(&mut Ethernet, &mut DeviceContext<'_>) -> R,
+    ) -> R {
+        self.look_around_ethernet();
+        let (_, mut context) = self.part.bus_mut().drive(at, self.slots.ethernet_mac);
+        work(self.ethernet.face(EthernetBlock::Mac), &mut context)
+    }
+
+    /// Runs `work` with the Ethernet cable and its far end, at this instant.
+    pub fn wire<R>(&mut self, at: VirtualNanos, work: impl FnOnce(&mut Wire) -> R) -> R {
+        self.with_ethernet(at, |ethernet, context| ethernet.with_wire(context, work))
     }
 
     /// Returns the state of other blocks that the USB core depends on.
@@ -328,8 +360,7 @@ impl Mcu for PrimeMcu {
         Device::reset(&mut self.exti);
         self.pwm.iter_mut().for_each(Device::reset);
         Device::reset(&mut self.pwr);
-        Device::reset(&mut self.ethernet_dma);
-        Device::reset(&mut self.ethernet_mac);
+        ErasedDevice::reset(&mut self.ethernet);
         Device::reset(&mut self.fmc);
         Device::reset(&mut self.iwdg);
         Device::reset(&mut self.rtc);
@@ -337,6 +368,8 @@ impl Mcu for PrimeMcu {
         ErasedDevice::reset(&mut self.otg);
         self.usb_is_stale = true;
         self.with_otg(at, Otg::restarted);
+        self.ethernet_is_stale = true;
+        self.with_ethernet(at, Ethernet::restarted);
         self.exti.release_all(at.0);
     }
 
@@ -351,9 +384,6 @@ impl Mcu for PrimeMcu {
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
-        if [self.slots.ethernet_dma, self.slots.ethernet_mac, self.slots.ethernet_mtl].contains(&slot) {
-            self.look_around_ethernet(slot);
-        }
         let ours: &mut dyn ErasedDevice = match slot {
             slot if slot == self.slots.exti => &mut self.exti,
             slot if slot == self.slots.pwr => {
@@ -362,8 +392,10 @@ impl Mcu for PrimeMcu {
             }
             slot if slot == self.slots.pwm[0] => &mut self.pwm[0],
             slot if slot == self.slots.pwm[1] => &mut self.pwm[1],
-            slot if slot == self.slots.ethernet_dma => &mut self.ethernet_dma,
-            slot if slot == self.slots.ethernet_mac => &mut self.ethernet_mac,
+            slot if let Some(block) = self.slots.ethernet_block(slot) => {
+                self.look_around_ethernet();
+                self.ethernet.face(block)
+            }
             slot if slot == self.slots.fmc => &mut self.fmc,
             slot if slot == self.slots.iwdg => &mut self.iwdg,
             slot if slot == self.slots.otg || slot == self.slots.otg_window => {
@@ -374,6 +406,7 @@ impl Mcu for PrimeMcu {
             slot if slot == self.slots.sdmmc => &mut self.sdmmc,
             _ => {
                 self.usb_is_stale |= slot == self.slots.rcc || slot == self.slots.ports[0];
+                self.ethernet_is_stale |= slot == self.slots.rcc || self.slots.is_way_of_ethernet(slot);
                 return self.part.split(slot);
             }
         };

@@ -4,7 +4,6 @@ pub mod ethernet;
 pub mod fmc;
 pub mod iwdg;
 pub mod otg;
-pub mod phy;
 pub mod pwr;
 pub mod rtc;
 pub mod sdmmc;
