@@ -51,6 +51,9 @@ mod state;
 mod transmit;
 mod wire;
 
+#[cfg(test)]
+mod tests;
+
 pub use link::{Cable, Link, Partner};
 pub use state::{Ethernet, Place, Surroundings};
 pub use wire::{Counters, Sent, Wire};
