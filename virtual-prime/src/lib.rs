@@ -16,6 +16,7 @@ pub mod flash_journal;
 pub mod image;
 pub mod instruments;
 pub mod mcu;
+pub mod net_desk;
 pub mod peripherals;
 pub mod pin_state;
 pub mod pins;

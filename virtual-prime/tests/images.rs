@@ -5,6 +5,8 @@ use crate::common::{Bench, MS, boot, boot_on};
 use sim::world::WorldConfig;
 use units::Actuator;
 use virtual_prime::board::PrimeBoard;
+use virtual_prime::net_desk;
+use virtual_prime::peripherals::ethernet::{Partner, Wire};
 use virtual_prime::sd_image;
 use virtual_prime::vm::Span;
 
@@ -152,4 +154,55 @@ fn the_ethernet_reset_ends_with_the_clock_of_the_phy_which_answers() {
     let complaints = bench.vm.complaints();
     assert_eq!(complaints.len(), 1, "{complaints:?}");
     assert!(complaints[0].contains("SWR"), "{complaints:?}");
+}
+
+/// A frame of the partner's with a command for the image `ethernet_frames`.
+fn command(to: [u8; 6], command: u8, length: usize) -> Vec<u8> {
+    let mut frame = [&to[..], &[0x02, 0xAA, 0xBB, 0xCC, 0xDD, 0xEE, 0x88, 0xB5, command]].concat();
+    frame.extend((frame.len()..length).map(|place| (place * 7 + length) as u8));
+    frame
+}
+
+/// Sends frames to the board and runs for so long. Returns the payloads that came back.
+fn exchange(bench: &mut Bench, frames: Vec<Vec<u8>>, duration_ns: u64) -> Vec<Vec<u8>> {
+    net_desk::wire(&mut bench.vm, move |wire| frames.iter().for_each(|frame| wire.put(frame)));
+    bench.vm.run_for(duration_ns);
+    let sent = net_desk::wire(&mut bench.vm, Wire::take_all).expect("the image runs");
+    sent.into_iter().map(|frame| frame.bytes[12..].to_vec()).collect()
+}
+
+#[test]
+fn frames_cross_the_ethernet_rings_both_ways_through_the_filter_and_after_a_flood() {
+    const BOARD: [u8; 6] = [0x02, 0x11, 0x22, 0x33, 0x44, 0x55];
+    let mut bench = boot("ethernet_frames");
+    net_desk::wire(&mut bench.vm, |wire| wire.plug(Partner::default()));
+    while !String::from_utf8_lossy(&bench.console.receive()).contains("link 1058\n") {
+        assert_eq!(bench.vm.run_for(10 * MS), Span::Reached, "{}", bench.words(&[]));
+        assert!(bench.vm.now_ns() < 4_000 * MS, "no link");
+    }
+    // Every length from the shortest to the longest, so both rings wrap many times.
+    for length in (60..=1_514).step_by(97).chain([1_514]) {
+        let frame = command(BOARD, b'E', length);
+        assert_eq!(exchange(&mut bench, vec![frame.clone()], 2 * MS), [&frame[12..]], "length {length}");
+    }
+    let everybody = command([0xFF; 6], b'E', 60);
+    let group = command([0x01, 0x00, 0x5E, 0x00, 0x00, 0xFB], b'E', 61);
+    let strangers = [[0x01, 0x00, 0x5E, 0x00, 0x00, 0x01], [0x02, 0x11, 0x22, 0x33, 0x44, 0x56]];
+    let unheard = strangers.map(|to| command(to, b'E', 62));
+    let frames = [vec![everybody.clone(), group.clone()], unheard.to_vec()].concat();
+    assert_eq!(exchange(&mut bench, frames, 5 * MS), [&everybody[12..], &group[12..]]);
+    // While the image looks away, five descriptors and the queue are used up, and the rest is lost.
+    let flood: Vec<Vec<u8>> = (0..40).map(|round| command(BOARD, b'E', 400 + round)).collect();
+    exchange(&mut bench, vec![command(BOARD, b'W', 60)], MS / 2);
+    let answered = exchange(&mut bench, flood.clone(), 40 * MS);
+    assert!((5..12).contains(&answered.len()), "{}", answered.len());
+    assert!(answered.iter().zip(&flood).all(|(answer, frame)| answer == &frame[12..]));
+    let counters = net_desk::wire(&mut bench.vm, |wire| wire.counters()).expect("the image runs");
+    assert_eq!(counters.overflowed as usize, flood.len() - answered.len());
+    assert_eq!((counters.filtered, counters.damaged, counters.at_wrong_speed), (2, 0, 0));
+    let again = command(BOARD, b'E', 333);
+    assert_eq!(exchange(&mut bench, vec![again.clone()], 2 * MS), [&again[12..]]);
+    exchange(&mut bench, vec![command(BOARD, b'Q', 60)], 0);
+    assert_eq!(bench.expect_pass(100), "done\n");
+    assert_eq!(bench.vm.complaints(), Vec::<String>::new());
 }

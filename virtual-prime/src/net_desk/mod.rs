@@ -1,0 +1,15 @@
+//! What hangs at the other end of the board's Ethernet cable.
+
+use rigless::time::VirtualNanos;
+
+use crate::peripherals::ethernet::Wire;
+use crate::vm::Vm;
+
+/// Runs `work` with the cable and its far end, at the instant at which the board is held; `None` once the run
+/// has ended.
+pub fn wire<R: Send + 'static>(vm: &mut Vm, work: impl FnOnce(&mut Wire) -> R + Send + 'static) -> Option<R> {
+    vm.with(move |stopped| {
+        let at = VirtualNanos(stopped.stop.at.0);
+        stopped.session.board_mut().mcu.wire(at, work)
+    })
+}
