@@ -96,7 +96,7 @@ settings! {
         "grbl_enable" grbl: bool = bool("false").velvet();
         /// TCP port of that console.
         grbl_port: u16 = integer("2323", &(1, 65_535)).velvet();
-        /// Consoles of the network want the password that the command net password has set. false: who has
+        /// Consoles of the network want the password that the command password has set. false: who has
         /// none may operate the machine, but not change its files, settings or firmware.
         password_required: bool = bool("true").velvet();
         /// Set the clock from the network.

@@ -16,7 +16,7 @@ const HEARING: Duration = Duration::from_millis(300);
 
 const PROMPT: &str = "Password: ";
 const NONE_SET: &str = "No password is set, and one is required here.\r\n\
-    Set one on a USB or serial console: net password WORD\r\n";
+    Set one on a USB or serial console: password WORD\r\n";
 const AGAIN: &str = "\r\nWrong password.\r\nPassword: ";
 const TOO_MANY: &str = "\r\nWrong password. Good-bye.\r\n";
 const WAIT: &str = "\r\nToo many wrong passwords came. Try again later.\r\n";

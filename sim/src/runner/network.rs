@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use base::ports::{NetworkNews, NetworkReport, NetworkService, PasswordRecord};
+use base::ports::{AddressOrigin, NetworkAddress, NetworkNews, NetworkReport, NetworkService, PasswordRecord};
 use config::NetworkConfig;
 
 /// First word of a record here, where a real one has the name of its function.
@@ -26,8 +26,16 @@ impl SimulatedNetwork {
     pub(super) fn join(&mut self, config: &NetworkConfig) {
         let consoles = [("Telnet", config.shell, config.shell_port), ("GRBL", config.grbl, config.grbl_port)];
         let offered = consoles.into_iter().filter(|(_, is_on, _)| *is_on);
+        let address = config.address.given().map(|address| NetworkAddress {
+            address,
+            mask_bits: config.mask_bits().unwrap_or(0),
+            gateway: config.gateway.given(),
+            dns: config.dns.given(),
+            origin: AddressOrigin::Configuration,
+        });
         self.report = Some(NetworkReport {
             mac: [2, 0, 0, 0, 0, 1],
+            address,
             name: if config.mdns {
                 config.host_name.as_str().try_into().unwrap_or_default()
             } else {

@@ -11,6 +11,7 @@ mod leveling;
 mod lights;
 mod motion;
 mod motors;
+mod network;
 mod probe;
 mod switches;
 mod system;
@@ -118,11 +119,12 @@ pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
 }
 
-fn tables() -> [(&'static str, &'static [Row]); 13] {
+fn tables() -> [(&'static str, &'static [Row]); 14] {
     [
         ("system", system::ROWS),
         ("motion", motion::ROWS),
         ("motors", motors::ROWS),
+        ("network", network::ROWS),
         ("tools", tools::ROWS),
         ("filament", filament::ROWS),
         ("heat", heat::ROWS),
