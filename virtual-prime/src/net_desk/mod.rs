@@ -1,4 +1,15 @@
-//! What hangs at the other end of the board's Ethernet cable.
+//! What hangs at the other end of the board's Ethernet cable: [`peer`] is a computer with servers and clients
+//! behind a line that can be bad.
+
+pub mod answers;
+pub mod dhcp;
+pub mod impairment;
+pub mod peer;
+
+mod port;
+
+#[cfg(test)]
+mod tests;
 
 use rigless::time::VirtualNanos;
 
