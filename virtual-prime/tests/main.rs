@@ -16,6 +16,7 @@ mod hold;
 mod homing;
 mod images;
 mod led_strips;
+mod network;
 mod operation;
 mod outside_drivers;
 mod power_cuts;

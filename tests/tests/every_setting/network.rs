@@ -23,10 +23,10 @@ pub const ROWS: &[Row] = &[
     row("[network] grbl_enable", "false", "true", Say(&["net"])).with(ON),
     row("[network] grbl_port", "2323", "8080", Say(&["net"])).with(CONSOLES),
     row("[network] timezone", "0", "5.75", Look(dated)).with(ON),
-    row("[network] link", "auto", "10", Board("network.rs")).with(ON),
-    row("[network] password_required", "true", "false", Board("network.rs")).with(CONSOLES),
-    row("[network] ntp_enable", "true", "false", Board("network.rs")).with(ON),
-    row("[network] ntp_server", "pool.ntp.org", "10.0.0.9", Board("network.rs")).with(ON),
+    row("[network] link", "auto", "10", Board("network/addresses.rs")).with(ON),
+    row("[network] password_required", "true", "false", Board("network/consoles.rs")).with(CONSOLES),
+    row("[network] ntp_enable", "true", "false", Board("network/addresses.rs")).with(ON),
+    row("[network] ntp_server", "pool.ntp.org", "10.0.0.9", Board("network/addresses.rs")).with(ON),
 ];
 
 /// The date once the network has told the time.
