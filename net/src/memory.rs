@@ -8,7 +8,7 @@ use smoltcp::wire::DhcpOption;
 use crate::settings::{HOST_BYTES, HostName, LINES, Service};
 
 /// Bytes that a console's connection holds of what came in, and of what goes out.
-pub const LINE_BYTES: usize = 2_048;
+pub const LINE_BYTES: usize = 1_536;
 /// Bytes that the connection of a visitor holds who is turned away.
 pub const DOOR_BYTES: usize = 128;
 /// Sockets: consoles, doors, DHCP, mDNS, and the one that asks for names and time.
@@ -69,7 +69,7 @@ impl<const M: usize, const N: usize, const S: usize> Datagrams<M, N, S> {
 pub struct Memory {
     lines: [Buffers<LINE_BYTES>; LINES],
     doors: [Buffers<DOOR_BYTES>; Service::ALL.len()],
-    mdns: Datagrams<4, 2_048, 1_024>,
+    mdns: Datagrams<4, 1_536, 1_024>,
     asker: Datagrams<2, 640, 256>,
     sockets: Vec<SocketStorage<'static>, SOCKETS>,
     scratch: [u8; LINE_BYTES],

@@ -139,6 +139,10 @@ impl Network {
                 break;
             }
         }
+        tap.filter().watch(self.consoles.peers(&self.sockets), now);
+        if let Some(terms) = self.address.terms() {
+            tap.probe(self.settings.mac, terms.address.address(), now);
+        }
         let mut means = address::Means {
             interface: &mut self.interface,
             sockets: &mut self.sockets,
@@ -177,7 +181,6 @@ impl Network {
         let Some(handle) = self.mdns else { return };
         names::bind(self.sockets.get_mut(handle));
         self.responder.set_address(address, now, &mut self.random);
-        // Joining anew has the switches be told again.
         let _was_there = self.interface.leave_multicast_group(MDNS_ADDRESS);
         if address.is_some() {
             let _has_room = self.interface.join_multicast_group(MDNS_ADDRESS);

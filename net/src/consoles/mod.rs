@@ -12,6 +12,7 @@ use smoltcp::time::{Duration, Instant};
 
 use crate::line::{Line, Visitor};
 use crate::settings::{LINES, Service, Settings, service_of};
+use crate::wire::Peer;
 use door::Door;
 pub use seat::Means;
 use seat::Seat;
@@ -55,6 +56,11 @@ impl Consoles {
     /// Returns who sits where.
     pub fn visitors(&self) -> [Option<Visitor>; LINES] {
         self.seats.each_ref().map(Seat::visitor)
+    }
+
+    /// Returns the connections as they are seen from the wire.
+    pub fn peers(&self, sockets: &SocketSet<'static>) -> [Option<Peer>; LINES] {
+        self.seats.each_ref().map(|seat| seat.peer(sockets.get(seat.handle())))
     }
 
     /// Ends all connections.

@@ -14,14 +14,12 @@ use crate::line::{Line, Role, Visitor};
 use crate::news::{Inform, News};
 use crate::password::Gate;
 use crate::settings::Service;
+use crate::wire::Peer;
 
 /// Bytes that are handed to a line at once.
 const CHUNK: usize = 128;
 /// Time without output after which a visitor is seen off who has closed his side.
 const LINGER: Duration = Duration::from_secs(1);
-/// Time between two questions to a peer whether it is alive. Several fit into the time after which a peer is
-/// given up, as one may be lost.
-const BEAT: Duration = Duration::from_secs(3);
 /// Time that the end of a connection may take.
 const CLOSING: Duration = Duration::from_secs(5);
 
@@ -57,8 +55,6 @@ pub struct Seat {
     ahead: Ahead,
     /// Whether a line feed belongs to the line before.
     skips_line_feed: bool,
-    /// Time of the next question whether the peer is alive.
-    beat: Instant,
 }
 
 impl Seat {
@@ -74,7 +70,6 @@ impl Seat {
             encoder: Encoder::new(),
             ahead: Ahead::new(),
             skips_line_feed: false,
-            beat: Instant::ZERO,
         }
     }
 
@@ -101,6 +96,13 @@ impl Seat {
         }
     }
 
+    /// Returns the connection as it is seen from the wire.
+    pub fn peer(&self, socket: &Socket<'static>) -> Option<Peer> {
+        let own = socket.local_endpoint()?.port;
+        let port = socket.remote_endpoint()?.port;
+        Some(Peer { address: remote(socket), port, own, owes: socket.send_queue() > 0 })
+    }
+
     /// Ends the connection without a word.
     pub fn abort(&mut self, socket: &mut Socket<'static>, line: &mut impl Line, means: &mut Means<'_>) {
         socket.abort();
@@ -122,13 +124,6 @@ impl Seat {
         if !self.is_taken() {
             self.arrive(socket, line, means);
         }
-        if means.now >= self.beat {
-            // Setting the interval has the question sent now. The stack's own timer would begin anew with
-            // every window that it tells, and a slow reader would never ask.
-            socket.set_keep_alive(Some(BEAT));
-            socket.set_keep_alive(None);
-            self.beat = means.now + BEAT;
-        }
         self.send_answers(socket);
         match &self.stage {
             Stage::Login(_) => self.log_in(socket, line, means),
@@ -145,7 +140,6 @@ impl Seat {
         (self.decoder, self.encoder, self.ahead) = (Decoder::new(), Encoder::new(), Ahead::new());
         self.skips_line_feed = false;
         self.since = means.now;
-        self.beat = means.now + BEAT;
         if means.gate.is_required() {
             self.stage = Stage::Login(Login::new(means.now));
         } else {

@@ -30,7 +30,7 @@ impl Record {
     /// Reads a record; `None` if the text is none.
     #[must_use]
     pub fn read(text: &[u8]) -> Option<Self> {
-        let mut fields = core::str::from_utf8(text).ok()?.trim().split('$');
+        let mut fields = core::str::from_utf8(text).ok()?.trim_ascii().split('$');
         let is_ours = fields.next()? == SCHEME;
         let rounds = fields.next()?.parse().ok()?;
         let record = Self { rounds, salt: hexadecimal(fields.next()?)?, hash: hexadecimal(fields.next()?)? };

@@ -4,6 +4,8 @@
 mod arp;
 mod budget;
 mod tap;
+mod watch;
 
 pub use arp::{Arp, send_arp};
 pub use tap::{Counts, Filter, Tap};
+pub use watch::Peer;

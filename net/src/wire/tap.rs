@@ -2,6 +2,7 @@
 //! counted.
 
 use core::cell::Cell;
+use core::net::Ipv4Addr;
 
 use heapless::Deque;
 use smoltcp::phy::{Device, DeviceCapabilities, PacketMeta, RxToken, TxToken};
@@ -10,6 +11,8 @@ use smoltcp::wire::{EthernetFrame, EthernetProtocol, IpProtocol, Ipv4Packet, Tcp
 
 use super::arp::Arp;
 use super::budget::Budget;
+use super::watch::{Peer, Watch};
+use crate::settings::LINES;
 
 /// ARP frames that wait for the owner of the address.
 const ARPS: usize = 4;
@@ -47,6 +50,8 @@ struct Incoming {
     heard: Deque<Arp, ARPS>,
     /// Ports at which nobody listens at this moment, and somebody will.
     waiting: [Option<u16>; PORTS],
+    /// Visitor of each line.
+    watches: [Watch; LINES],
 }
 
 impl Filter {
@@ -59,6 +64,7 @@ impl Filter {
             held_off: 0,
             heard: Deque::new(),
             waiting: [None; PORTS],
+            watches: [Watch::NONE; LINES],
         };
         Self { incoming, sent: Cell::new(0) }
     }
@@ -77,6 +83,13 @@ impl Filter {
     /// Forgets what was heard on a wire that is not there any more.
     pub fn forget(&mut self) {
         self.incoming.heard.clear();
+    }
+
+    /// Sets who the visitor of each line is.
+    pub fn watch(&mut self, peers: [Option<Peer>; LINES], now: Instant) {
+        for (watch, peer) in self.incoming.watches.iter_mut().zip(peers) {
+            watch.set(peer, now);
+        }
     }
 
     /// Sets the ports at which nobody listens at this moment.
@@ -100,23 +113,26 @@ impl Incoming {
             }
             return true;
         }
-        let has_to_wait = ethernet.ethertype() == EthernetProtocol::Ipv4
-            && asked_port(ethernet.payload()).is_some_and(|port| self.waiting.contains(&Some(port)));
-        if has_to_wait {
-            self.held_off = self.held_off.wrapping_add(1);
+        if ethernet.ethertype() != EthernetProtocol::Ipv4 {
+            return true;
         }
-        !has_to_wait
+        self.lets_segment(&ethernet, now).unwrap_or(true)
     }
-}
 
-/// Returns the port that an IP packet asks for a connection to, if it does.
-fn asked_port(packet: &[u8]) -> Option<u16> {
-    let ip = Ipv4Packet::new_checked(packet).ok()?;
-    if ip.next_header() != IpProtocol::Tcp || ip.frag_offset() != 0 {
-        return None;
+    /// Returns whether the stack may see a TCP segment; `None` if the frame is none.
+    fn lets_segment(&mut self, frame: &EthernetFrame<&[u8]>, now: Instant) -> Option<bool> {
+        let ip = Ipv4Packet::new_checked(frame.payload()).ok()?;
+        if ip.next_header() != IpProtocol::Tcp || ip.frag_offset() != 0 {
+            return None;
+        }
+        let tcp = TcpPacket::new_checked(ip.payload()).ok()?;
+        if tcp.syn() && !tcp.ack() && self.waiting.contains(&Some(tcp.dst_port())) {
+            self.held_off = self.held_off.wrapping_add(1);
+            return Some(false);
+        }
+        let _his = self.watches.iter_mut().any(|watch| watch.hear(frame, &ip, &tcp, now));
+        Some(true)
     }
-    let tcp = TcpPacket::new_checked(ip.payload()).ok()?;
-    (tcp.syn() && !tcp.ack()).then(|| tcp.dst_port())
 }
 
 /// The device as the stack sees it, for one poll.
@@ -136,6 +152,15 @@ impl<'d, D: Device> Tap<'d, D> {
     /// Returns the state that lasts.
     pub const fn filter(&mut self) -> &mut Filter {
         self.filter
+    }
+
+    /// Asks visitors for a sign of life who have been silent for long.
+    pub fn probe(&mut self, mac: [u8; 6], address: Ipv4Addr, now: Instant) {
+        let mut watches = self.filter.incoming.watches;
+        for watch in &mut watches {
+            watch.ask(self, mac, address, now);
+        }
+        self.filter.incoming.watches = watches;
     }
 
     /// Returns how many frames may still be sent.
