@@ -16,7 +16,8 @@ pub const SECOND: u64 = 1_000_000;
 
 /// Address that the desk's DHCP server gives.
 pub const BOARD: Ipv4Addr = Ipv4Addr::new(10, 0, 0, 42);
-const BOARD_MAC: [u8; 6] = [2, 0, 0, 0, 0, 0xB0];
+/// Ethernet address of the board.
+pub const BOARD_MAC: [u8; 6] = [2, 0, 0, 0, 0, 0xB0];
 
 /// Everything.
 pub struct Bench {

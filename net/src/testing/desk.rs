@@ -4,7 +4,7 @@ use std::net::Ipv4Addr;
 
 use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet, SocketStorage};
 use smoltcp::socket::{tcp, udp};
-use smoltcp::time::{Duration, Instant};
+use smoltcp::time::Instant;
 use smoltcp::wire::{EthernetAddress, HardwareAddress, IpAddress, IpCidr, IpEndpoint, Ipv4Cidr};
 
 use super::dhcp::DhcpServer;
@@ -21,6 +21,8 @@ pub struct Desk {
     pub interface: Interface,
     pub sockets: SocketSet<'static>,
     pub dhcp: DhcpServer,
+    /// Whether it is switched off.
+    pub is_deaf: bool,
     dhcp_socket: SocketHandle,
     next_port: u16,
 }
@@ -49,7 +51,7 @@ impl Desk {
         let mut socket = datagrams();
         socket.bind(67).expect("a port");
         let dhcp_socket = sockets.add(socket);
-        Self { port, interface, sockets, dhcp: DhcpServer::new(board), dhcp_socket, next_port: 40_000 }
+        Self { port, interface, sockets, dhcp: DhcpServer::new(board), is_deaf: false, dhcp_socket, next_port: 40_000 }
     }
 
     /// Adds a UDP socket at a port, which hears mDNS too.
@@ -80,7 +82,6 @@ impl Desk {
     pub fn connect(&mut self, to: Ipv4Addr, port: u16) -> SocketHandle {
         let buffer = || tcp::SocketBuffer::new(leak(vec![0; 4_096]));
         let mut socket = tcp::Socket::new(buffer(), buffer());
-        socket.set_timeout(Some(Duration::from_secs(60)));
         self.next_port = if self.next_port == 65_000 { 40_000 } else { self.next_port + 1 };
         socket.connect(self.interface.context(), (IpAddress::Ipv4(to), port), self.next_port).expect("a way");
         self.sockets.add(socket)
@@ -108,6 +109,10 @@ impl Desk {
     }
 
     pub fn run(&mut self, now: Instant) {
+        if self.is_deaf {
+            self.port.clear();
+            return;
+        }
         let _changed = self.interface.poll(now, &mut self.port, &mut self.sockets);
         self.dhcp.run(self.sockets.get_mut(self.dhcp_socket));
         let _changed = self.interface.poll(now, &mut self.port, &mut self.sockets);

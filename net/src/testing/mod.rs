@@ -3,8 +3,11 @@
 mod bench;
 mod desk;
 mod dhcp;
+mod frames;
 mod line;
 mod wire;
 
-pub use bench::{BOARD, Bench, MS, SECOND};
-pub use desk::DESK;
+pub use bench::{BOARD, BOARD_MAC, Bench, MS, SECOND};
+pub use desk::{DESK, DESK_MAC};
+pub use frames::{arp, echo, syn};
+pub use wire::Faults;

@@ -36,6 +36,11 @@ impl Port {
         Self { incoming: VecDeque::new(), outgoing: Vec::new(), depth }
     }
 
+    /// Puts a frame into the port, as if it came by the wire.
+    pub fn inject(&mut self, frame: &[u8]) {
+        self.incoming.push_back(frame.to_vec());
+    }
+
     pub fn waits(&self) -> bool {
         !self.incoming.is_empty()
     }
@@ -165,6 +170,10 @@ impl Wire {
     /// Time at which the next frame lands.
     pub fn next(&self) -> Option<u64> {
         self.flights.iter().map(|flight| flight.lands).min()
+    }
+
+    pub fn reseed(&mut self, seed: u64) {
+        self.random = Random::new(seed);
     }
 
     pub fn cut(&mut self) {

@@ -3,4 +3,8 @@
 mod addresses;
 mod clock;
 mod consoles;
+mod day;
+mod faults;
+mod fuzz;
+mod login;
 mod names;
