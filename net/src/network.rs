@@ -24,8 +24,10 @@ const FRAMES_IN: u32 = 4;
 /// Frames that a poll sends, answers among them, and those of them that are not for answers.
 const FRAMES_OUT: u32 = 4;
 const OF_SOCKETS: u32 = 3;
-/// Greatest time between two polls.
-const MOST_REST: u64 = 100_000;
+/// Time between two polls while there are visitors, and else, in microseconds. Asking every part when it has
+/// something to do takes more code than such polls take time.
+const REST_VISITED: u64 = 10_000;
+const REST: u64 = 50_000;
 
 /// The board on a network.
 pub struct Network {
@@ -214,19 +216,14 @@ impl Network {
 
     /// Returns the time until the next poll, in microseconds. Earlier, if a frame comes, a line has more room
     /// than it had, or something was written.
-    pub fn next_in(&mut self, now: u64) -> u64 {
-        if self.is_busy || self.gate.is_busy() {
-            return 0;
+    #[must_use]
+    pub fn next_in(&self) -> u64 {
+        let is_visited = self.consoles.visitors().iter().any(Option::is_some);
+        match (self.is_busy || self.gate.is_busy(), is_visited) {
+            (true, _) => 0,
+            (false, true) => REST_VISITED,
+            (false, false) => REST,
         }
-        if !self.is_up {
-            return MOST_REST;
-        }
-        let now = instant(now);
-        let of_sockets = self.interface.poll_at(now, &self.sockets);
-        let of_names =
-            self.address.terms().and_then(|_| [self.responder.due(), self.clock.due()].into_iter().flatten().min());
-        let due = [of_sockets, self.address.due(), of_names].into_iter().flatten().min();
-        due.map_or(MOST_REST, |due| if due > now { (due - now).total_micros().min(MOST_REST) } else { 0 })
     }
 
     /// Has others be told that the board goes, as it is about to start anew. The next polls do it.

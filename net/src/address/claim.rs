@@ -102,11 +102,6 @@ impl Claim {
         !matches!(self.stage, Stage::Probing(_))
     }
 
-    /// Returns the time of what is next, if anything is.
-    pub fn next(&self) -> Option<Instant> {
-        (self.stage != Stage::Holding).then_some(self.next)
-    }
-
     /// Returns what is to be sent now; [`Self::sent`] follows when it was.
     pub fn wish(&mut self, now: Instant) -> Option<Wish> {
         if now < self.next {
@@ -200,7 +195,7 @@ mod tests {
         let wishes: Vec<Wish> = sent.iter().map(|(_, wish)| *wish).collect();
         assert_eq!(wishes, [Wish::Probe, Wish::Probe, Wish::Probe, Wish::Announce, Wish::Announce]);
         assert!(sent.windows(2).all(|pair| pair[1].0 - pair[0].0 >= 200), "{sent:?}");
-        assert!(claim.is_held() && claim.next().is_none());
+        assert!(claim.is_held());
     }
 
     #[test]

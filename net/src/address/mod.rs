@@ -130,14 +130,6 @@ impl Keeper {
         before != self.current.as_ref().map(|(_, terms)| terms.address)
     }
 
-    /// Returns when something is due, if it is known.
-    pub fn due(&self) -> Option<Instant> {
-        let claims = [self.current.as_ref(), self.next.as_ref()];
-        let of_claims = claims.into_iter().flatten().filter_map(|(claim, _)| claim.next());
-        let trial = (self.current.is_none() && self.next.is_none()).then_some(self.try_at);
-        of_claims.chain(trial).chain(self.restart_at).min()
-    }
-
     fn ask_server<D: Device>(&mut self, means: &mut Means<'_, '_, D>, now: Instant) {
         let Some(handle) = self.dhcp else { return };
         let socket = means.sockets.get_mut::<dhcpv4::Socket>(handle);

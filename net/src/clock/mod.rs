@@ -88,11 +88,6 @@ impl Clock {
         (self.address, self.told)
     }
 
-    /// Returns when something is due, if anything is.
-    pub fn due(&self) -> Option<Instant> {
-        self.server.as_ref().map(|_| self.until)
-    }
-
     /// Reads what has come, and asks what is to be asked.
     pub fn run(
         &mut self,

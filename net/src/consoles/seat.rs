@@ -351,10 +351,13 @@ impl Seat {
             }
             self.ahead.act(place.clone());
             looked = place.start;
-            count -= place.len();
-            if let Some(waiting) = scratch.get_mut(..count + place.len()) {
-                waiting.copy_within(place.end.., place.start);
+            for from in place.end..count {
+                let byte = scratch.get(from).copied().unwrap_or_default();
+                if let Some(to) = scratch.get_mut(from - place.len()) {
+                    *to = byte;
+                }
             }
+            count -= place.len();
         }
     }
 

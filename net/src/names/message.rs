@@ -67,6 +67,15 @@ pub struct Record<'a> {
     pub target: Name<'a>,
 }
 
+/// Writes bytes at a place, whole or not at all.
+fn put(into: &mut [u8], at: usize, bytes: &[u8]) -> Option<()> {
+    let places = into.get_mut(at..at.checked_add(bytes.len())?)?;
+    for (place, byte) in places.iter_mut().zip(bytes) {
+        *place = *byte;
+    }
+    Some(())
+}
+
 fn word(bytes: &[u8], at: usize) -> Option<u16> {
     let pair = bytes.get(at..at.checked_add(2)?)?;
     Some(u16::from_be_bytes(pair.try_into().ok()?))
@@ -225,8 +234,8 @@ impl<'a> Writer<'a> {
     pub fn new(into: &'a mut [u8], id: u16, flags: u16) -> Option<Self> {
         let header = into.get_mut(..HEADER)?;
         header.fill(0);
-        header.get_mut(..2)?.copy_from_slice(&id.to_be_bytes());
-        header.get_mut(2..4)?.copy_from_slice(&flags.to_be_bytes());
+        put(header, 0, &id.to_be_bytes())?;
+        put(header, 2, &flags.to_be_bytes())?;
         Some(Self { into, at: HEADER })
     }
 
@@ -249,9 +258,8 @@ impl<'a> Writer<'a> {
 
     /// Writes bytes as they are.
     pub fn bytes(&mut self, bytes: &[u8]) -> Option<()> {
-        let end = self.at.checked_add(bytes.len())?;
-        self.into.get_mut(self.at..end)?.copy_from_slice(bytes);
-        self.at = end;
+        put(self.into, self.at, bytes)?;
+        self.at += bytes.len();
         Some(())
     }
 
@@ -276,8 +284,7 @@ impl<'a> Writer<'a> {
         self.word(0)?;
         write(self)?;
         let length = u16::try_from(self.at.checked_sub(at + 2)?).ok()?;
-        self.into.get_mut(at..at + 2)?.copy_from_slice(&length.to_be_bytes());
-        Some(())
+        put(self.into, at, &length.to_be_bytes())
     }
 }
 

@@ -141,13 +141,6 @@ impl Responder {
         self.is_leaving = self.is_named();
     }
 
-    /// Returns when something is due, if anything is.
-    pub fn due(&self) -> Option<Instant> {
-        let of_stage = matches!(self.stage, Stage::Probing(_) | Stage::Announcing(_)).then_some(self.next);
-        let of_pending = (!self.pending.is_empty()).then_some(self.due);
-        [of_stage, of_pending].into_iter().flatten().min()
-    }
-
     /// Reads what has come, and sends what is due.
     pub fn run(&mut self, socket: &mut Socket<'static>, means: &mut Means<'_>, now: Instant) {
         self.unstick(socket, now);

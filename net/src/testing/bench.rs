@@ -95,7 +95,7 @@ impl Bench {
 
     fn next(&mut self) -> u64 {
         let instant = Instant::from_micros(self.now as i64);
-        let of_board = self.now + self.network.next_in(self.now);
+        let of_board = self.now + self.network.next_in();
         let of_desk = self.desk.interface.poll_at(instant, &self.desk.sockets);
         let of_desk = of_desk.map(|at| at.total_micros() as u64);
         let waits = (self.port.waits() || self.desk.port.waits()).then_some(self.now);
