@@ -38,10 +38,11 @@ mod flag {
     pub const SENT: u32 = 1 << 0;
     pub const RECEIVED: u32 = 1 << 6;
     pub const BUS_ERROR: u32 = 1 << 12;
-    /// Summaries: AIE of what is abnormal, NIE of what is normal.
-    pub const SUMMARIES: u32 = 0b11 << 14;
+    /// Summaries of what is abnormal (AIS, AIE) and of what is normal (NIS, NIE).
+    pub const ABNORMAL: u32 = 1 << 14;
+    pub const NORMAL: u32 = 1 << 15;
 }
-pub(super) use flag::BUS_ERROR;
+pub(super) use flag::{BUS_ERROR, RECEIVED, SENT};
 
 /// Interrupts of the counters, all masked: they would come after days of traffic, with nobody to clear them.
 /// Bit 27 is one of them although the device crate calls it read-only.
@@ -172,13 +173,18 @@ impl Registers {
             dma.dmacrx_dtpr.write(|w| w.bits(ReceiveRing::tail()));
             dma.dmacrx_cr.modify(|r, w| w.bits(r.bits() | RUN));
         }
-        self.listen(false);
+        self.listen(flag::RECEIVED);
     }
 
-    /// Lets the controller interrupt for what is received, and if asked for what is sent.
-    pub(super) fn listen(&self, for_sent: bool) {
-        let sent = if for_sent { flag::SENT } else { 0 };
-        let flags = flag::SUMMARIES | flag::BUS_ERROR | flag::RECEIVED | sent;
+    /// Clears a flag: from now on it says that something has happened since (ETH_DMACSR).
+    pub(super) fn forget(&self, flag: u32) {
+        // SAFETY: a 1 clears a flag and its summary.
+        self.dma.dmacsr.write(|w| unsafe { w.bits(flag | flag::NORMAL) });
+    }
+
+    /// Lets the controller interrupt for a flag, and for errors of the DMA.
+    pub(super) fn listen(&self, flag: u32) {
+        let flags = flag::ABNORMAL | flag::NORMAL | flag::BUS_ERROR | flag;
         // SAFETY: any set of flags may interrupt (ETH_DMACIER).
         self.dma.dmacier.write(|w| unsafe { w.bits(flags) });
     }

@@ -176,6 +176,8 @@ impl Ethernet {
             (Stage::Running(present), link) if link != Some(present) => {
                 self.send.is_open = false;
                 self.registers.stop();
+                // Frames that would have been waited for are not sent any more.
+                self.listen(mac::RECEIVED);
                 self.stage = Stage::Stopping(now);
             }
             _ => {}
@@ -228,16 +230,33 @@ impl Ethernet {
         self.stage = Stage::Resetting(now);
     }
 
-    /// Lets the controller interrupt again, if it does not and there is nothing to do.
+    /// Lets the controller interrupt for frames again, if it does not and none is there. Its flag is cleared
+    /// before the look, and may be of frames that were taken since: it would wake the owner for nothing.
     fn listen_again(&self) {
         if IS_SILENT.load(Ordering::Relaxed) && !self.receive.has_frame() {
-            self.listen(false);
+            self.registers.forget(mac::RECEIVED);
+            if !self.receive.has_frame() {
+                self.listen(mac::RECEIVED);
+            }
         }
     }
 
-    fn listen(&self, for_sent: bool) {
+    /// Whether there is room for a frame; otherwise the controller interrupts once there is.
+    fn has_room(&self) -> bool {
+        if self.send.has_room() {
+            return true;
+        }
+        self.registers.forget(mac::SENT);
+        let has_room = self.send.has_room();
+        if !has_room {
+            self.listen(mac::SENT);
+        }
+        has_room
+    }
+
+    fn listen(&self, flag: u32) {
         IS_SILENT.store(false, Ordering::Release);
-        self.registers.listen(for_sent);
+        self.registers.listen(flag);
     }
 
     /// Connects the sender to the receiver within the controller. For tests, which then need no cable: of the
@@ -287,8 +306,7 @@ impl Device for Ethernet {
         if matches!(self.stage, Stage::Resetting(_)) {
             return None;
         }
-        if !self.send.has_room() {
-            self.listen(true);
+        if !self.has_room() {
             return None;
         }
         if !self.receive.has_frame() {
@@ -301,10 +319,7 @@ impl Device for Ethernet {
     }
 
     fn transmit(&mut self, _: Instant) -> Option<Outgoing<'_>> {
-        if !self.send.has_room() {
-            self.listen(true);
-        }
-        self.send.room()
+        if self.has_room() { self.send.room() } else { None }
     }
 
     fn capabilities(&self) -> DeviceCapabilities {

@@ -215,11 +215,11 @@ impl ReceiveRing {
         self.next = if self.next + 1 < RECEIVE { self.next + 1 } else { 0 };
         self.took = true;
         cortex_m::asm::dsb();
-        // A DMA that found no descriptor waits until the tail pointer is written (ETH_DMACRxDTPR), and its
-        // flag should be cleared before (ETH_DMACSR: RBU, with the summary AIS).
-        // SAFETY: these bits clear flags; any value of the tail pointer has the DMA look at its descriptor.
+        // A DMA that found no descriptor waits until the tail pointer is written (ETH_DMACRxDTPR); its flag,
+        // RBU, is cleared before. No interrupt and so no summary comes of that flag. SAFETY: this bit clears
+        // a flag; any value of the tail pointer has the DMA look at its descriptor.
         unsafe {
-            dma().dmacsr.write(|w| w.bits(1 << 7 | 1 << 14));
+            dma().dmacsr.write(|w| w.bits(1 << 7));
             dma().dmacrx_dtpr.write(|w| w.bits(Self::tail()));
         }
     }
