@@ -15,13 +15,14 @@ use virtual_prime::vm::{Span, Vm};
 
 use super::log::{Log, texts};
 use super::machine::BoardOptions;
+use super::net::{NetOptions, NetSocket};
 use super::onlooker::Onlooker;
 use super::serial::SerialSocket;
 use super::usb::{UsbOptions, UsbSocket};
 
 /// Virtual time between two rounds of serving the sockets and standard input.
 const SLICE: Duration = Duration::from_millis(5);
-/// Virtual time between two rounds while a computer is plugged in: a frame of the bus.
+/// Virtual time between two rounds while a computer or a network is plugged in: a frame of USB.
 const FRAME: Duration = Duration::from_millis(1);
 /// Longest silence of our image between two of its first words. Input before its consoles are up is lost, as
 /// on the board, so a pipe is held until then.
@@ -41,6 +42,8 @@ pub struct Options {
     port: u16,
     #[command(flatten)]
     usb: UsbOptions,
+    #[command(flatten)]
+    net: NetOptions,
     /// TCP port that tells the machine's true state, a line of JSON for each line asked; `unplug` pulls the
     /// USB cable out. 0 lets the system choose.
     #[arg(long)]
@@ -79,6 +82,7 @@ impl Options {
 struct Sockets {
     serial: Vec<SerialSocket>,
     usb: Option<UsbSocket>,
+    net: Option<NetSocket>,
     onlooker: Option<Onlooker>,
 }
 
@@ -97,11 +101,12 @@ impl Sockets {
         if let Some(onlooker) = &onlooker {
             eprintln!("the machine's state on tcp {}", onlooker.address().map_err(|error| error.to_string())?);
         }
-        Ok(Self { serial, usb: UsbSocket::open(&options.usb)?, onlooker })
+        Ok(Self { serial, usb: UsbSocket::open(&options.usb)?, net: NetSocket::open(&options.net)?, onlooker })
     }
 
     fn slice(&self) -> Duration {
-        if self.usb.as_ref().is_some_and(UsbSocket::is_plugged) { FRAME } else { SLICE }
+        let usb = self.usb.as_ref().is_some_and(UsbSocket::is_plugged);
+        if usb || self.net.is_some() { FRAME } else { SLICE }
     }
 
     /// Serves all sockets, both ways. Returns the board's bytes on the debug console.
@@ -121,6 +126,9 @@ impl Sockets {
                 usb.unplug();
             }
             usb.serve(vm);
+        }
+        if let Some(net) = &mut self.net {
+            net.serve(vm);
         }
         if let Some(onlooker) = &mut self.onlooker {
             onlooker.answer(asked, &world.lock(), self.usb.as_ref().map(UsbSocket::sent));

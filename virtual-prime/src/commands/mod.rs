@@ -6,6 +6,7 @@ pub mod console;
 pub mod job;
 pub mod log;
 pub mod machine;
+pub mod net;
 pub mod onlooker;
 pub mod run;
 pub mod serial;

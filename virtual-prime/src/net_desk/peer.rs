@@ -61,6 +61,8 @@ pub struct Peer {
     pub names: Names,
     /// The time server.
     pub time: TimeServer,
+    /// Connections that are given up, and forgotten once their last word is out.
+    retired: Vec<SocketHandle>,
     /// Frames of the board's, when they are kept.
     seen: Option<Vec<Sent>>,
 }
@@ -104,6 +106,7 @@ impl Peer {
             dhcp: DhcpServer::new(OWN, GIVEN),
             names,
             time: TimeServer::default(),
+            retired: Vec::new(),
             seen: None,
         }
     }
@@ -194,6 +197,9 @@ impl Peer {
         self.interface.poll(instant(now_ns), &mut self.port, &mut self.sockets);
         if self.answer(now_ns) {
             self.interface.poll(instant(now_ns), &mut self.port, &mut self.sockets);
+        }
+        for retired in std::mem::take(&mut self.retired) {
+            self.sockets.remove(retired);
         }
         for frame in std::mem::take(&mut self.port.sent) {
             self.to_board.enter(now_ns, frame);
@@ -340,6 +346,12 @@ impl Peer {
     /// Resets a connection.
     pub fn abort(&mut self, connection: Connection) {
         self.tcp(connection).abort();
+    }
+
+    /// Resets a connection if it still stands, and forgets it.
+    pub fn retire(&mut self, connection: Connection) {
+        self.abort(connection);
+        self.retired.push(connection.0);
     }
 
     /// Forgets a connection without a word, as a computer that dies.

@@ -10,16 +10,16 @@ const LONGEST: usize = 1_514;
 
 /// The card.
 #[derive(Debug, Default)]
-pub(super) struct Port {
+pub struct Port {
     pub(super) arrived: VecDeque<Vec<u8>>,
     pub(super) sent: Vec<Vec<u8>>,
 }
 
 /// A frame that has arrived.
-pub(super) struct Arrived(Vec<u8>);
+pub struct Arrived(Vec<u8>);
 
 /// Room for a frame to be sent.
-pub(super) struct Room<'a>(&'a mut Vec<Vec<u8>>);
+pub struct Room<'a>(&'a mut Vec<Vec<u8>>);
 
 impl RxToken for Arrived {
     fn consume<R, F: FnOnce(&[u8]) -> R>(self, work: F) -> R {

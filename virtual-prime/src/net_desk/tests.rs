@@ -1,12 +1,14 @@
 //! The computer against a second stack, which stands for the board.
 
-use std::net::Ipv4Addr;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, TcpStream};
 
 use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet};
 use smoltcp::socket::tcp;
 use smoltcp::time::Instant;
 use smoltcp::wire::{EthernetAddress, IpAddress, IpCidr};
 
+use super::forward::Forward;
 use super::impairment::Impairment;
 use super::peer::{GIVEN, OWN, Peer};
 use super::port::Port;
@@ -121,4 +123,43 @@ fn the_board_is_met_by_its_frames_in_whatever_network() {
     (0..10).for_each(|_| board.step(&mut peer));
     peer.abort(connection);
     assert!(peer.is_over(connection));
+}
+
+#[test]
+fn a_program_here_reaches_a_port_of_the_board() {
+    let mut peer = Peer::new(1);
+    let mut board = Board::new(GIVEN);
+    let mut forward = Forward::listen(0, 7).expect("a port");
+    let mut program = TcpStream::connect(forward.address().expect("an address")).expect("a connection");
+    program.write_all(b"M115\n").expect("room");
+    program.set_nonblocking(true).expect("a socket");
+    let mut steps = 0;
+    let mut turn = |peer: &mut Peer, forward: &mut Forward| {
+        forward.serve(peer);
+        board.step(peer);
+        steps += 1;
+        assert!(steps < 1_000_000, "no end");
+    };
+    // The program waits until the board has an address.
+    (0..10).for_each(|_| turn(&mut peer, &mut forward));
+    peer.turn(0, vec![Sent { at_ns: 0, bytes: [&[0; 12][..], &[8, 0], &[0; 12], &GIVEN.octets(), &[0; 30]].concat() }]);
+    let mut answer = [0; 5];
+    let mut have = 0;
+    while have < answer.len() {
+        turn(&mut peer, &mut forward);
+        match program.read(&mut answer[have..]) {
+            Ok(count) => have += count,
+            Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
+        }
+    }
+    assert_eq!(&answer, b"M115\n");
+    assert_eq!(forward.links(), 1);
+    drop(program);
+    // A connection that is reset is given up at both ends.
+    for connection in forward.connections() {
+        peer.abort(connection);
+    }
+    while forward.links() > 0 {
+        turn(&mut peer, &mut forward);
+    }
 }
