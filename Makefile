@@ -82,10 +82,12 @@ compare: velvet virtual-prime firmware
 	@test -n "$(GCODE)" || { echo "make compare: say which G-code with GCODE=file"; exit 2; }
 	@CONFIG="$(CONFIG)" GCODE="$(GCODE)" OUT="$(if $(filter out/run,$(OUT)),out/compare,$(OUT))" UNTIL="$(UNTIL)" ELF="$(ELF)" IMAGE="$(IMAGE)" scripts/compare.sh
 
-## make console [CONFIG=f.ini] [ELF=image [START=seconds]] [USB=1 [USBREDIR_PORT=n] [USBIP_PORT=n]]
-##                               a live prompt on the virtual board; USB=1 offers its USB socket to QEMU and to Linux
+## make console [CONFIG=f.ini] [ELF=image [START=seconds]] [USB=1 [USBREDIR_PORT=n] [USBIP_PORT=n]] [NET=1 | TAP=name]
+##                               a live prompt on the virtual board; USB=1 offers its USB socket to QEMU and to Linux, NET=1 its
+##                               consoles over the network to telnet on this computer, TAP its cable to a network device
 console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)
-	@$(VPRIME) console --elf "$(ELF)" --config "$(CONFIG)" $(if $(filter $(IMAGE),$(ELF)),,--foreign) $(if $(START),--start $(START)) \
+	@$(VPRIME) console --elf "$(ELF)" --config "$(if $(NET)$(TAP),$$(scripts/with-network.sh "$(CONFIG)"),$(CONFIG))" \
+	    $(if $(NET),--net --telnet-port 23 --telnet-port 2323) $(if $(TAP),--tap "$(TAP)") $(if $(filter $(IMAGE),$(ELF)),,--foreign) $(if $(START),--start $(START)) \
 	    $(if $(USB),--usb $(if $(USBREDIR_PORT),--usbredir-port $(USBREDIR_PORT)) $(if $(USBIP_PORT),--usbip-port $(USBIP_PORT)))
 
 ## make check CONFIG=f.ini [JSON=1]              the configuration checker

@@ -278,7 +278,7 @@ impl Joined {
         self.link = link;
         self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut self.lines);
         let rest = if link.is_some() { LOOK_EVERY } else { LOOK_OFTEN };
-        let next = self.stack.next_in(now.0);
+        let next = self.stack.next_in();
         self.due = now.plus(rest.min(Micros(next)));
         next == 0 || self.ethernet.has_work()
     }
