@@ -279,7 +279,7 @@ impl Seat {
                 break;
             }
         }
-        if socket.recv_queue() > self.ahead.looked() {
+        if socket.recv_queue() > self.ahead.looked() && self.ahead.has_room() {
             self.look_ahead(socket, line, means.scratch);
         }
     }
@@ -341,12 +341,13 @@ impl Seat {
                 index += 1;
             }
         }
-        self.ahead.look(queued);
+        // Where no more places can be remembered, the search goes on from here when one is free.
         while self.ahead.has_room() {
             let waiting = scratch.get(..count).unwrap_or_default();
-            let Some(place) = line.look_ahead(waiting, looked) else { break };
+            let place = line.look_ahead(waiting, looked).unwrap_or_default();
             let place = place.start.min(count)..place.end.min(count);
             if place.is_empty() {
+                self.ahead.look(queued);
                 break;
             }
             self.ahead.act(place.clone());

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use smoltcp::phy::{ChecksumCapabilities, Device, DeviceCapabilities, Medium, RxToken, TxToken};
+use smoltcp::phy::{Checksum, ChecksumCapabilities, Device, DeviceCapabilities, Medium, RxToken, TxToken};
 use smoltcp::time::Instant;
 
 use crate::random::Random;
@@ -29,11 +29,13 @@ pub struct Port {
     outgoing: Vec<Vec<u8>>,
     /// Frames that may be sent before the wire takes them.
     pub depth: usize,
+    /// Whether checksums of what comes are left unchecked, as if the hardware did that.
+    pub is_trusting: bool,
 }
 
 impl Port {
     pub fn new(depth: usize) -> Self {
-        Self { incoming: VecDeque::new(), outgoing: Vec::new(), depth }
+        Self { incoming: VecDeque::new(), outgoing: Vec::new(), depth, is_trusting: false }
     }
 
     /// Puts a frame into the port, as if it came by the wire.
@@ -90,7 +92,11 @@ impl Device for Port {
         let mut capabilities = DeviceCapabilities::default();
         capabilities.medium = Medium::Ethernet;
         capabilities.max_transmission_unit = MTU;
-        capabilities.checksum = ChecksumCapabilities::default();
+        if self.is_trusting {
+            let mut sums = ChecksumCapabilities::default();
+            (sums.ipv4, sums.tcp, sums.udp, sums.icmpv4) = (Checksum::Tx, Checksum::Tx, Checksum::Tx, Checksum::Tx);
+            capabilities.checksum = sums;
+        }
         capabilities
     }
 }
@@ -107,9 +113,10 @@ pub struct Wire {
     pub faults: Faults,
     random: Random,
     flights: Vec<Flight>,
-    /// Frames that the board sent, as long as nobody takes them.
+    /// Frames that the board sent, and those that the desk did, as long as nobody takes them.
     pub heard: Vec<Vec<u8>>,
-    /// Whether frames of the board are kept in `heard`.
+    pub told: Vec<Vec<u8>>,
+    /// Whether frames are kept.
     pub listens: bool,
 }
 
@@ -120,6 +127,7 @@ impl Wire {
             random: Random::new(seed),
             flights: Vec::new(),
             heard: Vec::new(),
+            told: Vec::new(),
             listens: false,
         }
     }
@@ -133,6 +141,9 @@ impl Wire {
             self.send(now, frame, false);
         }
         for frame in desk.outgoing.drain(..) {
+            if self.listens {
+                self.told.push(frame.clone());
+            }
             self.send(now, frame, true);
         }
     }

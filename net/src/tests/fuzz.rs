@@ -1,22 +1,43 @@
 //! Frames that make no sense: nothing fails, and nothing is left behind.
 
+use std::net::Ipv4Addr;
+
 use crate::random::Random;
 use crate::testing::{BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, MS, SECOND, arp, echo, syn};
+use crate::{Settings, TimeServer};
+
+/// Settings with everything.
+fn settings() -> Settings {
+    Settings { time_server: TimeServer::new("10.0.0.1"), ..Bench::settings() }
+}
 
 /// Frames of all that the board speaks, as they were heard on the wire.
 fn samples() -> Vec<Vec<u8>> {
-    let mut bench = Bench::new(Bench::settings());
+    let mut bench = Bench::new(settings());
     bench.wire.listens = true;
-    let desk = bench.desk.bind(5353);
+    let (mdns, ntp) = (bench.desk.bind(5353), bench.desk.bind(123));
     bench.get_address();
     let client = bench.connect(23);
     bench.desk.send(client, b"\xFF\xFD\x01M115\n");
-    bench.run(10 * SECOND);
+    for _ in 0..100 {
+        bench.run(100 * MS);
+        // Probes come back as questions, announcements as contradictions.
+        while let Some((bytes, _)) = bench.desk.datagram(mdns) {
+            bench.desk.tell(mdns, (Ipv4Addr::new(224, 0, 0, 251), 5353), &bytes);
+        }
+        while let Some((mut bytes, _)) = bench.desk.datagram(ntp) {
+            bytes.copy_within(40..48, 24);
+            (bytes[0], bytes[1]) = (0x24, 2);
+            bench.desk.tell(ntp, (BOARD, 50_000), &bytes);
+        }
+    }
     bench.desk.tcp(client).close();
     bench.run(2 * SECOND);
-    let _heard = desk;
     let mut samples = std::mem::take(&mut bench.wire.heard);
+    samples.append(&mut bench.wire.told);
     samples.extend([syn((DESK, 9), (BOARD, 23)), echo(DESK, BOARD, 64), arp(true, DESK_MAC, DESK, BOARD)]);
+    samples.sort();
+    samples.dedup();
     samples
 }
 
@@ -57,7 +78,8 @@ fn mutated(samples: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
 /// Feeds frames to a board, and then sees whether it is as good as new.
 fn feed(count: u32, seed: u64) {
     let (samples, mut random) = (samples(), Random::new(seed));
-    let mut bench = Bench::with_address();
+    let mut bench = if seed.is_multiple_of(2) { Bench::new(settings()) } else { Bench::trusting(settings()) };
+    bench.get_address();
     for turn in 0..count {
         let frame = if random.below(8) == 0 {
             let mut frame: Vec<u8> = BOARD_MAC.to_vec();
@@ -85,7 +107,60 @@ fn feed(count: u32, seed: u64) {
 
 #[test]
 fn frames_that_make_no_sense_do_no_harm() {
-    (1..4).for_each(|seed| feed(3_000, seed));
+    (1..5).for_each(|seed| feed(3_000, seed));
+}
+
+#[test]
+fn bytes_of_any_kind_reach_the_console_in_order_and_what_acts_does_so_once() {
+    let mut random = Random::new(5);
+    for round in 0..30 {
+        let mut bench = Bench::with_address();
+        let line = if round % 2 == 0 { 0 } else { 2 };
+        let client = bench.connect(if line == 0 { 23 } else { 2323 });
+        let bytes: Vec<u8> = (0..4_000).map(|_| b"G1 X?!\n\xFF\x85\r\0"[random.below(11) as usize]).collect();
+        // The first byte is no command of telnet.
+        let bytes = [b"$", &bytes[..]].concat();
+        let mut sent = 0;
+        while sent < bytes.len() || bench.desk.tcp(client).send_queue() > 0 {
+            let end = (sent + random.below(200) as usize).min(bytes.len());
+            sent += bench.desk.send(client, &bytes[sent..end]);
+            bench.lines[line].size = 8 + random.below(100) as usize;
+            bench.reads = random.below(30) as usize;
+            bench.step();
+        }
+        bench.reads = usize::MAX;
+        bench.run(SECOND);
+        let acts = |byte: &u8| matches!(byte, b'?' | b'!');
+        let (acting, plain): (Vec<u8>, Vec<u8>) = bytes.iter().partition(|byte| acts(byte));
+        let received = &bench.lines[line].received;
+        let same = received.iter().zip(&plain).take_while(|(a, b)| a == b).count();
+        assert_eq!((same, received.len()), (plain.len(), plain.len()), "{round} {:?}", &bytes[..40]);
+        assert!(bench.lines[line].acted == acting, "{round}");
+    }
+}
+
+#[test]
+fn a_client_that_speaks_nonsense_in_telnet_harms_itself_alone() {
+    for seed in 0..20 {
+        let mut random = Random::new(seed);
+        let mut bench = Bench::new(Settings { password_required: seed % 2 == 0, ..Bench::settings() });
+        bench.network.set_password(b"x", [1; 16]);
+        bench.get_address();
+        let client = bench.connect(23);
+        bench.desk.send(client, &[0xFF, 0xFD, 1]);
+        for _ in 0..200 {
+            let bytes: Vec<u8> = (0..random.below(300))
+                .map(|_| if random.below(3) == 0 { 0xF0 + random.below(16) as u8 } else { random.next() as u8 })
+                .collect();
+            bench.desk.send(client, &bytes);
+            bench.network.write(0, &bytes);
+            bench.step();
+            bench.desk.read(client);
+        }
+        bench.desk.tcp(client).abort();
+        bench.run(10 * SECOND);
+        assert!(bench.lines[0].visitor.is_none());
+    }
 }
 
 #[test]
