@@ -129,9 +129,35 @@ impl Network {
     /// Moves frames and bytes. Returns whether there was any.
     fn exchange<D: Device, L: Line>(&mut self, device: &mut D, lines: &mut [L; LINES], now: Instant) -> bool {
         let before = self.filter.counts();
+        let has_changed = self.exchange_frames(device, now);
+        if has_changed {
+            self.change_address(lines, now);
+        }
+        self.run_names(now);
+        let mut means =
+            consoles::Means { now, gate: &mut self.gate, news: &mut self.news, scratch: &mut self.scratch[..] };
+        self.consoles.run(&mut self.sockets, lines, &mut means);
+        before != self.filter.counts()
+    }
+
+    /// Sends frames and reads some: first what keeps the address, then what sockets have, and answers in the
+    /// end, so that no flood of questions holds up the rest. Returns whether the address is another.
+    fn exchange_frames<D: Device>(&mut self, device: &mut D, now: Instant) -> bool {
         let mut tap = Tap::new(device, &mut self.filter, OF_SOCKETS);
+        let mut means = address::Means {
+            interface: &mut self.interface,
+            sockets: &mut self.sockets,
+            device: &mut tap,
+            random: &mut self.random,
+            news: &mut self.news,
+        };
+        let has_changed = self.address.run(&mut means, now);
+        tap.filter().watch(self.consoles.peers(&self.sockets), now);
+        if let Some(terms) = self.address.terms() {
+            tap.probe(self.settings.mac, terms.address.address(), now);
+        }
         self.interface.poll_maintenance(now);
-        let _changed = self.interface.poll_egress(now, &mut tap, &mut self.sockets);
+        let _sent = self.interface.poll_egress(now, &mut tap, &mut self.sockets);
         tap.allow(tap.may_send() + FRAMES_OUT - OF_SOCKETS);
         for _ in 0..FRAMES_IN {
             let waiting = self.consoles.listen(&mut self.sockets, now);
@@ -141,25 +167,7 @@ impl Network {
                 break;
             }
         }
-        tap.filter().watch(self.consoles.peers(&self.sockets), now);
-        if let Some(terms) = self.address.terms() {
-            tap.probe(self.settings.mac, terms.address.address(), now);
-        }
-        let mut means = address::Means {
-            interface: &mut self.interface,
-            sockets: &mut self.sockets,
-            device: &mut tap,
-            random: &mut self.random,
-            news: &mut self.news,
-        };
-        if self.address.run(&mut means, now) {
-            self.change_address(lines, now);
-        }
-        self.run_names(now);
-        let mut means =
-            consoles::Means { now, gate: &mut self.gate, news: &mut self.news, scratch: &mut self.scratch[..] };
-        self.consoles.run(&mut self.sockets, lines, &mut means);
-        before != self.filter.counts()
+        has_changed
     }
 
     /// Answers for the name, and asks for the time.

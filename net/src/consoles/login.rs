@@ -10,7 +10,7 @@ use crate::password::{Gate, WORD_BYTES};
 /// Attempts of a connection.
 const ATTEMPTS: u8 = 3;
 /// Time that a login may take.
-const MOST_TIME: Duration = Duration::from_secs(60);
+const MOST_TIME: Duration = Duration::from_secs(30);
 /// Time that a telnet client has to say that it is one, before it is asked for the password.
 const HEARING: Duration = Duration::from_millis(300);
 

@@ -6,7 +6,8 @@ use smoltcp::iface::SocketHandle;
 use smoltcp::wire::{EthernetFrame, Icmpv4Message, Icmpv4Packet, Ipv4Packet};
 
 use crate::random::Random;
-use crate::testing::{BOARD, Bench, DESK, DESK_MAC, Faults, MS, SECOND, arp, echo, syn};
+use crate::testing::{BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, Faults, MS, SECOND, arp, echo, syn};
+use crate::wire::Arp;
 
 /// Bytes of a stream, each of which tells its place.
 fn stream(length: usize, seed: u64) -> Vec<u8> {
@@ -161,6 +162,20 @@ fn echoes_of_every_length_are_answered_and_a_flood_leaves_the_visitor_alone() {
     let missing: Vec<usize> = (0..=1_472).filter(|length| !lengths.contains(length)).collect();
     assert_eq!(missing, []);
     assert_eq!(bench.lines[0].text(), "a\n".repeat(15));
+}
+
+#[test]
+fn a_flood_of_echoes_does_not_keep_the_address_from_being_defended() {
+    let mut bench = Bench::with_address();
+    bench.run(10 * SECOND);
+    bench.wire.listens = true;
+    bench.port.inject(&arp(true, [2, 0, 0, 0, 0, 0x77], BOARD, BOARD));
+    for _ in 0..20 {
+        (0..8).for_each(|_| bench.port.inject(&echo(DESK, BOARD, 100)));
+        bench.step();
+    }
+    let own = Arp::announcement(BOARD_MAC, BOARD);
+    assert!(bench.wire.heard.iter().any(|frame| Arp::read(frame) == Some(own)));
 }
 
 #[test]

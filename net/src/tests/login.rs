@@ -115,7 +115,7 @@ fn without_a_password_nobody_comes_in_and_is_told_what_to_do() {
 fn who_says_nothing_does_not_hold_the_console() {
     let mut bench = bench();
     let (first, second) = (bench.connect(23), bench.connect(23));
-    bench.run(61 * SECOND);
+    bench.run(31 * SECOND);
     assert!(bench.desk.text(first).contains("in time") && bench.desk.text(second).contains("in time"));
     bench.run(10 * SECOND);
     let third = bench.connect(23);
