@@ -22,7 +22,7 @@ pub fn write(id: u16, name: &str, into: &mut [u8]) -> Option<usize> {
     let mut writer = Writer::new(into, id, RECURSION)?;
     let before = writer.len();
     writer.add(Part::Questions, |writer| {
-        writer.name(labels(name))?;
+        writer.name(name)?;
         writer.word(A)?;
         writer.word(IN)
     });
@@ -34,7 +34,7 @@ pub fn read(id: u16, name: &str, bytes: &[u8]) -> Answer {
     let Some(message) = Message::new(bytes).filter(|message| message.is_response() && message.id() == id) else {
         return Answer::Foreign;
     };
-    if message.questions().next().is_none_or(|question| question.kind != A || !question.name.is(labels(name))) {
+    if message.questions().next().is_none_or(|question| question.kind != A || !question.name.is(name)) {
         return Answer::Foreign;
     }
     // Where the name is another's alias, the address stands at the other's name.
@@ -47,10 +47,6 @@ pub fn read(id: u16, name: &str, bytes: &[u8]) -> Answer {
         (is_address(record.kind, record.class) && is_host).then_some(address)
     });
     address.map_or(Answer::Unknown, Answer::Address)
-}
-
-fn labels(name: &str) -> impl Iterator<Item = &[u8]> {
-    name.split('.').map(str::as_bytes)
 }
 
 #[cfg(test)]

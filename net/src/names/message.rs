@@ -205,12 +205,17 @@ impl<'a> Name<'a> {
         })
     }
 
-    /// Returns whether it is the name of these labels; the case of letters does not matter.
-    pub fn is<'b>(self, labels: impl IntoIterator<Item = &'b [u8]>) -> bool {
+    /// Returns whether it is this name, whose labels have points between them; the case of letters does not
+    /// matter.
+    pub fn is(self, name: &str) -> bool {
         let mut own = self.labels();
-        let same = labels.into_iter().all(|label| own.next().is_some_and(|own| own.eq_ignore_ascii_case(label)));
+        let same = labels_of(name).all(|label| own.next().is_some_and(|own| own.eq_ignore_ascii_case(label)));
         same && own.next().is_none()
     }
+}
+
+fn labels_of(name: &str) -> impl Iterator<Item = &[u8]> {
+    name.as_bytes().split(|byte| *byte == b'.')
 }
 
 /// Message that goes out. Records that do not fit are left out.
@@ -268,14 +273,22 @@ impl<'a> Writer<'a> {
         self.bytes(&word.to_be_bytes())
     }
 
-    /// Writes a name of these labels.
-    pub fn name<'b>(&mut self, labels: impl IntoIterator<Item = &'b [u8]>) -> Option<()> {
-        for label in labels {
-            let length = u8::try_from(label.len()).ok().filter(|length| (1..64).contains(length))?;
-            self.bytes(&[length])?;
-            self.bytes(label)?;
-        }
+    /// Writes a name, whose labels have points between them.
+    pub fn name(&mut self, name: &str) -> Option<()> {
+        labels_of(name).try_for_each(|label| self.label(label))?;
         self.bytes(&[0])
+    }
+
+    /// Writes a name of another message.
+    pub fn copy(&mut self, name: Name<'_>) -> Option<()> {
+        name.labels().try_for_each(|label| self.label(label))?;
+        self.bytes(&[0])
+    }
+
+    fn label(&mut self, label: &[u8]) -> Option<()> {
+        let length = u8::try_from(label.len()).ok().filter(|length| (1..64).contains(length))?;
+        self.bytes(&[length])?;
+        self.bytes(label)
     }
 
     /// Writes the data of a record with its length, behind what precedes them.
@@ -293,15 +306,11 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    fn labels(name: &str) -> impl Iterator<Item = &[u8]> {
-        name.split('.').map(str::as_bytes)
-    }
-
     fn message() -> Vec<u8> {
         let mut into = [0; 200];
         let mut writer = Writer::new(&mut into, 7, 0x8400).unwrap();
         writer.add(Part::Questions, |writer| {
-            writer.name(labels("velvet.local"))?;
+            writer.name("velvet.local")?;
             writer.word(ANY)?;
             writer.word(IN)
         });
@@ -322,10 +331,10 @@ mod tests {
         let message = Message::new(&bytes).unwrap();
         assert!(message.id() == 7 && message.is_response() && message.is_plain() && !message.is_cut());
         let question = message.questions().next().unwrap();
-        assert!(question.kind == ANY && question.name.is(labels("VELVET.local")));
-        assert!(!question.name.is(labels("velvet")) && !question.name.is(labels("velvet.local.x")));
+        assert!(question.kind == ANY && question.name.is("VELVET.local"));
+        assert!(!question.name.is("velvet") && !question.name.is("velvet.local.x"));
         let record = message.records().next().unwrap();
-        assert!(record.section == Section::Authority && record.name.is(labels("velvet.local")));
+        assert!(record.section == Section::Authority && record.name.is("velvet.local"));
         assert_eq!((record.kind, record.class, record.ttl, record.data), (A, IN | TOP, 120, &[10, 0, 0, 9][..]));
         assert_eq!((message.questions().count(), message.records().count()), (1, 1));
     }
@@ -334,7 +343,7 @@ mod tests {
     fn what_does_not_fit_is_left_out_whole() {
         let mut into = [0; 20];
         let mut writer = Writer::new(&mut into, 0, 0).unwrap();
-        writer.add(Part::Answers, |writer| writer.name(labels("a-name-that-is-too-long.local")));
+        writer.add(Part::Answers, |writer| writer.name("a-name-that-is-too-long.local"));
         assert_eq!(writer.len(), 12);
         assert_eq!(into[7], 0);
         assert!(Writer::new(&mut [0; 11], 0, 0).is_none());
@@ -345,7 +354,7 @@ mod tests {
         let mut bytes = message();
         bytes[12..14].copy_from_slice(&[0xC0, 12]);
         let message = Message::new(&bytes).unwrap();
-        assert!(message.questions().all(|question| !question.name.is(labels("velvet.local"))));
+        assert!(message.questions().all(|question| !question.name.is("velvet.local")));
         assert!(message.records().count() <= 3);
     }
 
@@ -360,7 +369,7 @@ mod tests {
             }
             bytes.truncate(random.below(bytes.len() as u32 + 1) as usize);
             let Some(message) = Message::new(&bytes) else { continue };
-            let names = message.questions().filter(|question| question.name.is(labels("velvet.local"))).count();
+            let names = message.questions().filter(|question| question.name.is("velvet.local")).count();
             let data: usize = message.records().map(|record| record.data.len()).sum();
             assert!(names <= 65_536 && data <= 65_536 * 200);
         }

@@ -16,9 +16,12 @@ const LEGACY: u32 = 10;
 /// Kind of an IPv6 address.
 const AAAA: u16 = 28;
 
-const LOCAL: &[u8] = b"local";
-const SERVICE: [&[u8]; 3] = [b"_telnet", b"_tcp", LOCAL];
-const SERVICES: [&[u8]; 4] = [b"_services", b"_dns-sd", b"_udp", LOCAL];
+const LOCAL: &str = ".local";
+const SERVICE: &str = "_telnet._tcp.local";
+const OF_SERVICE: &str = "._telnet._tcp.local";
+const SERVICES: &str = "_services._dns-sd._udp.local";
+/// Longest name: a host and the service.
+const NAME: usize = 63 + OF_SERVICE.len();
 
 /// Kind of record that the board has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,23 +101,19 @@ pub struct Records {
 }
 
 impl Records {
-    fn host(&self) -> [&[u8]; 2] {
-        [self.host.as_str().as_bytes(), LOCAL]
-    }
-
-    fn instance(&self) -> [&[u8]; 4] {
-        let [service, protocol, local] = SERVICE;
-        [self.host.as_str().as_bytes(), service, protocol, local]
-    }
-
-    /// Returns the labels of the address as a name: `9.0.0.10.in-addr.arpa`.
-    fn reverse(&self) -> [String<3>; 4] {
+    /// Returns the name of a record.
+    fn name(&self, own: Own) -> String<NAME> {
         let [a, b, c, d] = self.address.octets();
-        [d, c, b, a].map(|byte| {
-            let mut label = String::new();
-            let _fits = write!(label, "{byte}");
-            label
-        })
+        let host = self.host.as_str();
+        let mut name = String::new();
+        let _fits = match own {
+            Own::Host | Own::NoMore => write!(name, "{host}{LOCAL}"),
+            Own::Instance => name.write_str(SERVICE),
+            Own::Kind => name.write_str(SERVICES),
+            Own::Port | Own::Text => write!(name, "{host}{OF_SERVICE}"),
+            Own::Reverse => write!(name, "{}.in-addr.arpa", Ipv4Addr::new(d, c, b, a)),
+        };
+        name
     }
 
     /// Returns whether the board has such a record.
@@ -128,21 +127,6 @@ impl Records {
     /// Returns whether the board alone may have such a record.
     pub const fn is_unique(own: Own) -> bool {
         !matches!(own, Own::Instance | Own::Kind)
-    }
-
-    /// Has a name compared with that of a record.
-    fn is_named(&self, own: Own, is: impl FnOnce(&mut dyn Iterator<Item = &[u8]>) -> bool) -> bool {
-        match own {
-            Own::Host | Own::NoMore => is(&mut self.host().into_iter()),
-            Own::Instance => is(&mut SERVICE.into_iter()),
-            Own::Kind => is(&mut SERVICES.into_iter()),
-            Own::Port | Own::Text => is(&mut self.instance().into_iter()),
-            Own::Reverse => {
-                let reverse = self.reverse();
-                let labels = reverse.iter().map(|label| label.as_bytes());
-                is(&mut labels.chain([&b"in-addr"[..], b"arpa"]))
-            }
-        }
     }
 
     const fn kind(own: Own) -> u16 {
@@ -163,7 +147,7 @@ impl Records {
                 Own::NoMore => matches!(kind, AAAA | NSEC),
                 _ => kind == Self::kind(own) || kind == ANY,
             };
-            if is_kind && self.is_named(own, |labels| name.is(labels)) {
+            if is_kind && name.is(&self.name(own)) {
                 set.add(own);
             }
         }
@@ -188,16 +172,15 @@ impl Records {
         if record.class & !TOP != IN {
             return None;
         }
-        let is_it = |own: &Own| {
-            Self::kind(*own) == record.kind && self.exists(*own) && self.is_named(*own, |labels| record.name.is(labels))
-        };
+        let is_it =
+            |own: &Own| Self::kind(*own) == record.kind && self.exists(*own) && record.name.is(&self.name(*own));
         let own = Own::ALL.into_iter().filter(|own| *own != Own::NoMore).find(is_it)?;
         let same = match own {
             Own::Host => record.data == self.address.octets(),
-            Own::Reverse => record.target.is(self.host()),
-            Own::Instance => record.target.is(self.instance()),
+            Own::Reverse => record.target.is(&self.name(Own::Host)),
+            Own::Instance => record.target.is(&self.name(Own::Port)),
             Own::Kind => record.target.is(SERVICE),
-            Own::Port => record.data.get(4..6) == Some(&self.port()[..]) && record.target.is(self.host()),
+            Own::Port => record.data.get(4..6) == Some(&self.port()[..]) && record.target.is(&self.name(Own::Host)),
             Own::Text | Own::NoMore => true,
         };
         Some((own, same))
@@ -205,13 +188,13 @@ impl Records {
 
     /// Returns whether a name is one that the board alone may have.
     pub fn is_own(&self, record: &Record<'_>) -> bool {
-        let is_instance = self.telnet.is_some() && record.name.is(self.instance());
-        is_instance || record.name.is(self.host())
+        let is_instance = self.telnet.is_some() && record.name.is(&self.name(Own::Port));
+        is_instance || self.is_host(record.name)
     }
 
     /// Returns whether a name is the host's.
     pub fn is_host(&self, name: Name<'_>) -> bool {
-        name.is(self.host())
+        name.is(&self.name(Own::Host))
     }
 
     /// Returns the usual lifetime of a record, in seconds.
@@ -225,14 +208,9 @@ impl Records {
 
     /// Writes the names that are to be the board's as questions, and what it would say of them.
     pub fn write_probe(&self, writer: &mut Writer<'_>) {
-        writer.add(Part::Questions, |writer| {
-            writer.name(self.host())?;
-            writer.word(ANY)?;
-            writer.word(IN | TOP)
-        });
-        if self.telnet.is_some() {
+        for own in [Own::Host, Own::Port].into_iter().filter(|own| self.exists(*own)) {
             writer.add(Part::Questions, |writer| {
-                writer.name(self.instance())?;
+                writer.name(&self.name(own))?;
                 writer.word(ANY)?;
                 writer.word(IN | TOP)
             });
@@ -250,12 +228,7 @@ impl Records {
     }
 
     fn write(&self, own: Own, writer: &mut Writer<'_>, life: Life) -> Option<()> {
-        let mut written = None;
-        self.is_named(own, |labels| {
-            written = writer.name(labels);
-            true
-        });
-        written?;
+        writer.name(&self.name(own))?;
         let usual = Self::ttl(own);
         let (ttl, flush) = match life {
             Life::Usual => (usual, Self::is_unique(own)),
@@ -268,18 +241,18 @@ impl Records {
         writer.bytes(&ttl.to_be_bytes())?;
         writer.data(|writer| match own {
             Own::Host => writer.bytes(&self.address.octets()),
-            Own::Reverse => writer.name(self.host()),
-            Own::Instance => writer.name(self.instance()),
+            Own::Reverse => writer.name(&self.name(Own::Host)),
+            Own::Instance => writer.name(&self.name(Own::Port)),
             Own::Kind => writer.name(SERVICE),
             Own::Port => {
                 writer.bytes(&[0; 4])?;
                 writer.bytes(&self.port())?;
-                writer.name(self.host())
+                writer.name(&self.name(Own::Host))
             }
             Own::Text => self.write_texts(writer),
             // The host has a record of kind 1, and no other.
             Own::NoMore => {
-                writer.name(self.host())?;
+                writer.name(&self.name(Own::Host))?;
                 writer.bytes(&[0, 1, 0x40])
             }
         })

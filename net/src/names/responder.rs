@@ -355,7 +355,7 @@ fn compose(records: &Records, set: Set, id: u16, question: Option<Question<'_>>,
     let Some(mut writer) = Writer::new(into, id, ANSWER) else { return 0 };
     if let Some(Question { name, kind, class }) = question {
         writer.add(Part::Questions, |writer| {
-            writer.name(name.labels())?;
+            writer.copy(name)?;
             writer.word(kind)?;
             writer.word(class)
         });

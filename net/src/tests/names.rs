@@ -26,10 +26,6 @@ fn named() -> (Bench, SocketHandle) {
     (bench, desk)
 }
 
-fn labels(name: &str) -> impl Iterator<Item = &[u8]> {
-    name.split('.').map(str::as_bytes)
-}
-
 fn question(name: &str, kind: u16, class: u16) -> Vec<u8> {
     questions(&[(name, kind, class)], |_| {})
 }
@@ -39,7 +35,7 @@ fn questions(all: &[(&str, u16, u16)], more: impl FnOnce(&mut Writer<'_>)) -> Ve
     let mut writer = Writer::new(&mut into, 77, 0).unwrap();
     for (name, kind, class) in all {
         writer.add(Part::Questions, |writer| {
-            writer.name(labels(name))?;
+            writer.name(name)?;
             writer.word(*kind)?;
             writer.word(*class)
         });
@@ -158,7 +154,7 @@ fn a_name_that_another_machine_has_is_left_to_it() {
     let named = bench.until(20 * SECOND, |bench| {
         while let Some((bytes, _)) = bench.desk.datagram(desk) {
             let message = Message::new(&bytes).unwrap();
-            if message.questions().any(|question| question.name.is(labels("velvet.local"))) {
+            if message.questions().any(|question| question.name.is("velvet.local")) {
                 let told = questions(&[], |writer| {
                     elsewhere.write_set(host_only(), Part::Answers, Life::Usual, writer);
                 });
