@@ -73,8 +73,7 @@ impl StaticAddress {
     pub fn prefix(&self) -> Option<u8> {
         let mask = self.mask.to_bits();
         let is_mask = mask.leading_ones() + mask.trailing_zeros() == 32;
-        let is_host = !(self.address.is_unspecified() || self.address.is_multicast() || self.address.is_broadcast());
-        (is_mask && is_host && !self.address.is_loopback()).then_some(mask.leading_ones() as u8)
+        (is_mask && is_host(self.address) && !self.address.is_loopback()).then_some(mask.leading_ones() as u8)
     }
 }
 
@@ -107,6 +106,11 @@ impl TimeServer {
             None => String::try_from(text).ok().filter(|name| !name.is_empty()).map(Self::Name),
         }
     }
+}
+
+/// Returns whether an address can be a single machine's. The stack fails on a way out that is none.
+pub(crate) const fn is_host(address: Ipv4Addr) -> bool {
+    !(address.is_unspecified() || address.is_multicast() || address.is_broadcast())
 }
 
 /// Reads an address: four numbers with points between them. The library's reader knows IPv6 too, and takes

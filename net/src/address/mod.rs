@@ -13,7 +13,7 @@ use smoltcp::wire::{IpCidr, Ipv4Cidr};
 
 use crate::news::{Inform, Loss, News, Origin};
 use crate::random::Random;
-use crate::settings::{Addressing, Settings};
+use crate::settings::{Addressing, Settings, is_host};
 use crate::wire::{Arp, Tap, send_arp};
 use claim::{Claim, Pace, Verdict, Wish};
 use decline::Decline;
@@ -145,7 +145,7 @@ impl Keeper {
                 Some(Terms {
                     address: config.address,
                     origin: Origin::Dhcp,
-                    gateway: config.router,
+                    gateway: config.router.filter(|router| is_host(*router)),
                     dns: [servers.next(), servers.next()],
                     server: Some(config.server.identifier),
                 })
@@ -286,8 +286,8 @@ fn fixed(settings: &Settings) -> Option<Terms> {
     Some(Terms {
         address: Ipv4Cidr::new(fixed.address, fixed.prefix()?),
         origin: Origin::Static,
-        gateway: fixed.gateway.filter(|gateway| !gateway.is_unspecified()),
-        dns: [fixed.dns.filter(|dns| !dns.is_unspecified()), None],
+        gateway: fixed.gateway.filter(|gateway| is_host(*gateway)),
+        dns: [fixed.dns.filter(|dns| is_host(*dns)), None],
         server: None,
     })
 }

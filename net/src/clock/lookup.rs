@@ -3,6 +3,7 @@
 use core::net::Ipv4Addr;
 
 use crate::names::message::{A, IN, Message, Part, Section, TOP, Writer};
+use crate::settings::is_host;
 
 /// Wish that the server asks others.
 const RECURSION: u16 = 0x0100;
@@ -43,8 +44,7 @@ pub fn read(id: u16, name: &str, bytes: &[u8]) -> Answer {
     let address = answers.find_map(|record| {
         let octets: [u8; 4] = record.data.try_into().ok()?;
         let address = Ipv4Addr::from(octets);
-        let is_host = !(address.is_unspecified() || address.is_multicast() || address.is_broadcast());
-        (is_address(record.kind, record.class) && is_host).then_some(address)
+        (is_address(record.kind, record.class) && is_host(address)).then_some(address)
     });
     address.map_or(Answer::Unknown, Answer::Address)
 }

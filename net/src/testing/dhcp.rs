@@ -11,6 +11,7 @@ use super::desk::DESK;
 pub struct DhcpServer {
     pub is_on: bool,
     pub address: Ipv4Addr,
+    pub router: Ipv4Addr,
     pub lease: u32,
     /// Messages that came.
     pub heard: Vec<DhcpMessageType>,
@@ -20,7 +21,7 @@ pub struct DhcpServer {
 
 impl DhcpServer {
     pub fn new(address: Ipv4Addr) -> Self {
-        Self { is_on: true, address, lease: 3_600, heard: Vec::new(), host: None }
+        Self { is_on: true, address, router: DESK, lease: 3_600, heard: Vec::new(), host: None }
     }
 
     /// Answers what came.
@@ -59,7 +60,7 @@ impl DhcpServer {
             client_ip: Ipv4Addr::UNSPECIFIED,
             your_ip: self.address,
             server_ip: DESK,
-            router: Some(DESK),
+            router: Some(self.router),
             subnet_mask: Some(Ipv4Addr::new(255, 255, 255, 0)),
             relay_agent_ip: Ipv4Addr::UNSPECIFIED,
             broadcast: true,

@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 use smoltcp::phy::ChecksumCapabilities;
 use smoltcp::wire::{
     EthernetAddress, EthernetFrame, EthernetProtocol, EthernetRepr, Icmpv4Packet, Icmpv4Repr, IpAddress, IpProtocol,
-    Ipv4Packet, Ipv4Repr, TcpControl, TcpPacket, TcpRepr, TcpSeqNumber,
+    Ipv4Packet, Ipv4Repr, TcpControl, TcpPacket, TcpRepr, TcpSeqNumber, UDP_HEADER_LEN, UdpPacket, UdpRepr,
 };
 
 use super::bench::BOARD_MAC;
@@ -46,6 +46,18 @@ pub fn echo(from: Ipv4Addr, to: Ipv4Addr, length: usize) -> Vec<u8> {
     let ip = Ipv4Repr { src_addr: from, dst_addr: to, next_header: IpProtocol::Icmp, payload_len, hop_limit: 64 };
     packet(BOARD_MAC, ip, |bytes| {
         icmp.emit(&mut Icmpv4Packet::new_unchecked(bytes), &ChecksumCapabilities::default());
+    })
+}
+
+/// Makes a datagram without content.
+pub fn datagram(from: (Ipv4Addr, u16), to: (Ipv4Addr, u16)) -> Vec<u8> {
+    let udp = UdpRepr { src_port: from.1, dst_port: to.1 };
+    let payload_len = UDP_HEADER_LEN + 12;
+    let ip = Ipv4Repr { src_addr: from.0, dst_addr: to.0, next_header: IpProtocol::Udp, payload_len, hop_limit: 64 };
+    let (source, target) = (IpAddress::Ipv4(from.0), IpAddress::Ipv4(to.0));
+    packet(BOARD_MAC, ip, |bytes| {
+        let sums = ChecksumCapabilities::default();
+        udp.emit(&mut UdpPacket::new_unchecked(bytes), &source, &target, 12, |_| {}, &sums);
     })
 }
 

@@ -9,5 +9,5 @@ mod wire;
 
 pub use bench::{BOARD, BOARD_MAC, Bench, MS, SECOND};
 pub use desk::{DESK, DESK_MAC};
-pub use frames::{arp, echo, syn};
+pub use frames::{arp, datagram, echo, syn};
 pub use wire::Faults;

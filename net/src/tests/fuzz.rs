@@ -3,7 +3,7 @@
 use std::net::Ipv4Addr;
 
 use crate::random::Random;
-use crate::testing::{BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, MS, SECOND, arp, echo, syn};
+use crate::testing::{BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, Faults, MS, SECOND, arp, datagram, echo, syn};
 use crate::{Settings, TimeServer};
 
 /// Settings with everything.
@@ -111,6 +111,45 @@ fn frames_that_make_no_sense_do_no_harm() {
 }
 
 #[test]
+fn senders_and_addressees_that_cannot_be_do_no_harm() {
+    let mut bench = Bench::new(settings());
+    bench.get_address();
+    let strange = ["0.0.0.0", "255.255.255.255", "10.0.0.255", "10.0.0.0", "224.0.0.251", "127.0.0.1", "240.0.0.1"];
+    let strange: Vec<Ipv4Addr> = strange.into_iter().map(|text| text.parse().unwrap()).chain([BOARD, DESK]).collect();
+    for from in &strange {
+        for to in strange.iter().chain([&Ipv4Addr::new(8, 8, 8, 8)]) {
+            for port in [0, 23, 67, 68, 80, 2323, 5353, 50_000] {
+                for source in [0, 53, 67, 68, 123, 5353, 40_000] {
+                    bench.port.inject(&syn((*from, source), (*to, port)));
+                    bench.port.inject(&datagram((*from, source), (*to, port)));
+                }
+                bench.step();
+            }
+            bench.port.inject(&echo(*from, *to, 9));
+            bench.port.inject(&arp(true, DESK_MAC, *from, *to));
+            bench.port.inject(&arp(false, [0xFF; 6], *from, *to));
+            bench.run(20 * MS);
+        }
+    }
+    bench.run(60 * SECOND);
+    bench.get_address();
+    let client = bench.connect(23);
+    assert!(bench.desk.tcp(client).is_active());
+}
+
+#[test]
+fn a_server_that_gives_nonsense_does_no_harm() {
+    for router in ["0.0.0.0", "255.255.255.255", "224.0.0.1", "10.0.0.255", "10.0.0.42", "127.0.0.1"] {
+        let mut bench = Bench::new(Settings { time_server: TimeServer::new("8.8.8.8"), ..Bench::settings() });
+        bench.desk.dhcp.router = router.parse().unwrap();
+        bench.get_address();
+        bench.run(10 * SECOND);
+        let client = bench.connect(23);
+        assert!(bench.desk.tcp(client).is_active());
+    }
+}
+
+#[test]
 fn bytes_of_any_kind_reach_the_console_in_order_and_what_acts_does_so_once() {
     let mut random = Random::new(5);
     for round in 0..30 {
@@ -161,6 +200,48 @@ fn a_client_that_speaks_nonsense_in_telnet_harms_itself_alone() {
         bench.run(10 * SECOND);
         assert!(bench.lines[0].visitor.is_none());
     }
+}
+
+/// Garbles what a board that leaves checksums unchecked hears from its very start.
+fn garble(seed: u64) {
+    let server = TimeServer::new(if seed.is_multiple_of(2) { "10.0.0.1" } else { "pool.ntp.org" });
+    let mut bench = Bench::trusting(Settings { time_server: server, ..Bench::settings() });
+    bench.wire.reseed(seed);
+    bench.wire.faults = Faults { corruption: 60, doubling: 20, ..Faults::default() };
+    let services = [bench.desk.bind(53), bench.desk.bind(123), bench.desk.bind(5353)];
+    let end = bench.now + 60 * SECOND;
+    while bench.now < end {
+        bench.step();
+        for service in services {
+            while let Some((mut bytes, from)) = bench.desk.datagram(service) {
+                let std::net::IpAddr::V4(to) = std::net::IpAddr::from(from.addr) else { continue };
+                match bytes.len() {
+                    48 => {
+                        bytes.copy_within(40..48, 24);
+                        (bytes[0], bytes[1]) = (0x24, 2);
+                    }
+                    _ => bytes[2] |= 0x80,
+                }
+                bench.desk.tell(service, (to, from.port), &bytes);
+            }
+        }
+    }
+    bench.wire.faults = Faults::default();
+    bench.run(120 * SECOND);
+    bench.get_address();
+    let client = bench.connect(23);
+    assert!(bench.desk.tcp(client).is_active());
+}
+
+#[test]
+fn answers_that_are_garbled_do_no_harm() {
+    (0..20).for_each(garble);
+}
+
+#[test]
+#[ignore = "minutes of frames: make net runs it"]
+fn many_answers_that_are_garbled_do_no_harm() {
+    (20..2_000).for_each(garble);
 }
 
 #[test]
