@@ -156,6 +156,8 @@ enum Echo {
 #[derive(Clone, Debug)]
 pub struct Encoder {
     echo: Echo,
+    /// Whether the peer was asked to show nothing.
+    hides: bool,
     answers: Deque<u8, ANSWER_BYTES>,
     /// Second byte of a pair whose first is written.
     second: Option<u8>,
@@ -166,7 +168,7 @@ pub struct Encoder {
 impl Encoder {
     /// Begins at the beginning of a connection.
     pub const fn new() -> Self {
-        Self { echo: Echo::Off, answers: Deque::new(), second: None, returned: false }
+        Self { echo: Echo::Off, hides: false, answers: Deque::new(), second: None, returned: false }
     }
 
     /// Returns whether any answer has room.
@@ -206,9 +208,9 @@ impl Encoder {
         self.echo = Echo::Off;
     }
 
-    /// Has the peer show nothing of what is typed.
+    /// Has the peer show nothing of what is typed. A peer that refuses is not asked again.
     pub fn hide(&mut self) {
-        if matches!(self.echo, Echo::Off | Echo::Ending) {
+        if !core::mem::replace(&mut self.hides, true) {
             self.push(&[IAC, WILL, ECHO]);
             self.echo = Echo::Offered { over: false };
         }
@@ -216,6 +218,7 @@ impl Encoder {
 
     /// Has the peer show again what is typed.
     pub fn show(&mut self) {
+        self.hides = false;
         match self.echo {
             Echo::On => {
                 self.push(&[IAC, WONT, ECHO]);
@@ -387,6 +390,17 @@ mod tests {
         assert_eq!(answers(&mut encoder), [IAC, WONT, ECHO]);
         encoder.answer(Heard::Option(DO, ECHO));
         assert_eq!(answers(&mut encoder), [IAC, WONT, ECHO], "nobody echoes now");
+    }
+
+    #[test]
+    fn an_offer_that_is_refused_is_not_made_again() {
+        let mut encoder = Encoder::new();
+        encoder.hide();
+        encoder.answer(Heard::Option(DONT, ECHO));
+        encoder.hide();
+        assert_eq!(answers(&mut encoder), [IAC, WILL, ECHO]);
+        encoder.show();
+        assert_eq!(answers(&mut encoder), []);
     }
 
     #[test]

@@ -79,6 +79,21 @@ fn an_address_is_kept_over_a_servers_absence_and_lost_with_the_lease() {
 }
 
 #[test]
+fn a_server_that_gives_another_address_is_obeyed() {
+    let mut bench = Bench::new(Bench::settings());
+    bench.desk.dhcp.lease = 300;
+    bench.get_address();
+    let client = bench.connect(23);
+    let other = Ipv4Addr::new(10, 0, 0, 50);
+    bench.desk.dhcp.address = other;
+    bench.run(300 * SECOND);
+    assert_eq!(address(&bench), Some((other, Origin::Dhcp)));
+    assert!(bench.lines[0].visitor.is_none() && bench.desk.tcp(client).may_send());
+    let client = bench.connect(23);
+    assert!(bench.desk.tcp(client).is_active());
+}
+
+#[test]
 fn a_given_address_is_declined_when_another_machine_has_it() {
     let mut bench = Bench::new(Bench::settings());
     let probes = occupy(&mut bench, BOARD, 9 * SECOND);

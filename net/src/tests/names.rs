@@ -212,3 +212,14 @@ fn a_board_that_goes_says_so_and_one_that_comes_back_announces_itself() {
     bench.is_up = true;
     assert!(bench.until(20 * SECOND, |bench| bench.network.report().is_named));
 }
+
+#[test]
+fn switches_are_told_that_the_group_is_listened_to() {
+    let mut bench = Bench::new(Bench::settings());
+    bench.wire.listens = true;
+    bench.get_address();
+    bench.run(SECOND);
+    // IGMP is protocol 2 of IP, a report of version 2 is of type 0x16.
+    let is_report = |frame: &Vec<u8>| frame[12..14] == [8, 0] && frame[23] == 2 && frame[34] == 0x16;
+    assert!(bench.wire.heard.iter().any(is_report));
+}
