@@ -202,6 +202,11 @@ fn a_client_that_speaks_nonsense_in_telnet_harms_itself_alone() {
     }
 }
 
+/// Returns how many rounds the long tests take: a round is half a second.
+fn rounds() -> u64 {
+    std::env::var("NET_ROUNDS").ok().and_then(|rounds| rounds.parse().ok()).unwrap_or(200)
+}
+
 /// Garbles what a board that leaves checksums unchecked hears from its very start.
 fn garble(seed: u64) {
     let server = TimeServer::new(if seed.is_multiple_of(2) { "10.0.0.1" } else { "pool.ntp.org" });
@@ -227,7 +232,10 @@ fn garble(seed: u64) {
         }
     }
     bench.wire.faults = Faults::default();
-    bench.run(120 * SECOND);
+    // What a garbled lease says is believed as long as it lasts.
+    bench.is_up = false;
+    bench.run(SECOND);
+    bench.is_up = true;
     bench.get_address();
     let client = bench.connect(23);
     assert!(bench.desk.tcp(client).is_active());
@@ -241,11 +249,11 @@ fn answers_that_are_garbled_do_no_harm() {
 #[test]
 #[ignore = "minutes of frames: make net runs it"]
 fn many_answers_that_are_garbled_do_no_harm() {
-    (20..2_000).for_each(garble);
+    (100..100 + 10 * rounds()).for_each(garble);
 }
 
 #[test]
 #[ignore = "minutes of frames: make net runs it"]
 fn many_frames_that_make_no_sense_do_no_harm() {
-    (100..300).for_each(|seed| feed(20_000, seed));
+    (100..100 + rounds()).for_each(|seed| feed(20_000, seed));
 }
