@@ -149,7 +149,8 @@ impl Registers {
             mac.maccr.write(|w| w.bits(control::ALWAYS));
         }
         // ETH_MTLTxQOMR: TSF, without which no checksum can be inserted. ETH_MTLRxQOMR: RSF, without which
-        // none can be verified; frames with a wrong one are dropped (DIS_TCP_EF, FEP and FUP clear).
+        // none can be verified; frames with a wrong one are dropped (DIS_TCP_EF, FEP and FUP clear), at 10
+        // Mbit/s by `rings.rs`.
         mtl.mtltx_qomr.modify(|_, w| w.tsf().set_bit());
         mtl.mtlrx_qomr.modify(|_, w| w.rsf().set_bit().dis_tcp_ef().clear_bit().fep().clear_bit().fup().clear_bit());
         self.set_up_dma();
@@ -194,11 +195,15 @@ impl Registers {
     pub(super) fn start(&self, link: Link, loops: bool) {
         let speed = if link.speed == Speed::Hundred { control::HUNDRED } else { 0 };
         let duplex = if link.duplex == Duplex::Full { control::FULL_DUPLEX } else { 0 };
+        // ETH_MTLRxQOMR: FEP, for the frames whose errors are none (`rings.rs`).
+        self.mtl.mtlrx_qomr.modify(|_, w| w.fep().bit(link.speed == Speed::Ten));
         let settings = control::ALWAYS | speed | duplex | if loops { control::LOOP_BACK } else { 0 };
         // SAFETY: patterns of these registers' fields; the transmitter is stopped, as a change of speed, of
         // duplex and of the list's address asks for.
         unsafe {
             self.mac.maccr.write(|w| w.bits(settings));
+            // The settings are in force before anything moves.
+            let _settled = self.mac.maccr.read().bits();
             self.mac.maccr.write(|w| w.bits(settings | control::SEND | control::RECEIVE));
             self.dma.dmactx_dlar.write(|w| w.bits(SendRing::address()));
             self.dma.dmactx_cr.write(|w| w.bits(BURST | RUN));
