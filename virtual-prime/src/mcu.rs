@@ -223,6 +223,12 @@ impl PrimeMcu {
         pins.iter().all(|&pin| PinState::of(registers, pin).drive == Drive::Function(ETHERNET_FUNCTION))
     }
 
+    /// Whether these pins of a port are driven faster than at low speed.
+    fn are_fast(&self, port: usize, pins: &[u8]) -> bool {
+        let registers = self.bus().slots()[self.slots.ports[port]].registers();
+        pins.iter().all(|&pin| PinState::of(registers, pin).speed > 0)
+    }
+
     /// Tells the Ethernet controller what it depends on outside of its own registers.
     fn look_around_ethernet(&mut self) {
         if !std::mem::take(&mut self.ethernet_is_stale) {
@@ -239,6 +245,7 @@ impl PrimeMcu {
             managed: management,
             hears: receiving,
             speaks: sending,
+            speaks_fast: ETHERNET_PINS[3].iter().all(|&(port, pins)| self.are_fast(port, pins)),
             hclk_hz: self.part.rcc.hclk(Mcu::bus(&self.part).slots()[self.slots.rcc].registers()),
         });
     }

@@ -176,13 +176,14 @@ impl Frames<'_> {
 /// PG13.
 fn connect(dp: &pac::Peripherals) {
     dp.RCC.ahb4enr.modify(|_, w| w.gpioaen().set_bit().gpiocen().set_bit().gpiogen().set_bit());
-    // SAFETY: AF11 and mode 2 of these pins.
+    // SAFETY: AF11 and mode 2 of these pins, and the highest speed of the outputs.
     unsafe {
         dp.GPIOA.afrl.modify(|r, w| w.bits(r.bits() & !0xF000_0FF0 | 0xB000_0BB0));
         dp.GPIOC.afrl.modify(|r, w| w.bits(r.bits() & !0x00FF_00F0 | 0x00BB_00B0));
         dp.GPIOG.afrh.modify(|r, w| w.bits(r.bits() & !0x00FF_F000 | 0x00BB_B000));
         dp.GPIOA.moder.modify(|r, w| w.bits(r.bits() & !0x0000_C03C | 0x0000_8028));
         dp.GPIOC.moder.modify(|r, w| w.bits(r.bits() & !0x0000_0F0C | 0x0000_0A08));
+        dp.GPIOG.ospeedr.modify(|r, w| w.bits(r.bits() | 0x0FC0_0000));
         dp.GPIOG.moder.modify(|r, w| w.bits(r.bits() & !0x0FC0_0000 | 0x0A80_0000));
     }
 }

@@ -28,6 +28,9 @@ const GIANT: usize = 1_518;
 const WRONG_SPEED: &str = "RM0399 ETH_MACCR.FES is not the speed of the PHY: no frame passes between them";
 const WRONG_DUPLEX: &str = "RM0399 ETH_MACCR.DM is not the duplex of the link: collisions on silicon";
 
+const SLOW_PINS: &str =
+    "DS12923, I/O AC characteristics: outputs at low speed (OSPEEDR = 0) carry 12 MHz, and RMII has data for 50 MHz";
+
 impl Ethernet {
     fn configuration(&self, bit: u32) -> bool {
         self.mac.get(Register::Maccr) & bit != 0
@@ -80,6 +83,9 @@ impl Ethernet {
         if self.phy.link().is_none() || !self.phy.passes() || !self.around.speaks {
             self.wire.counters.without_link += 1;
         } else if self.fits_the_link(context) {
+            if !self.around.speaks_fast {
+                self.complain("MACCR", SLOW_PINS, context);
+            }
             if is_sound && bytes.len() >= SHORTEST {
                 self.wire.hear(context.now().0, bytes);
             } else {

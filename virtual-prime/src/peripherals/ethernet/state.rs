@@ -18,8 +18,10 @@ pub struct Surroundings {
     pub managed: bool,
     /// Whether the lines of received data (PA7, PC4, PC5) are connected to the MAC.
     pub hears: bool,
-    /// Whether the lines of data to be sent (PG11, PG13, PG12 or PB13) are connected to the MAC.
+    /// Whether the lines of data to be sent (PG11 to PG13) are connected to the MAC.
     pub speaks: bool,
+    /// Whether the same lines are driven faster than at low speed (OSPEEDR).
+    pub speaks_fast: bool,
     /// Rate of HCLK, from which MDC is made.
     pub hclk_hz: u64,
 }

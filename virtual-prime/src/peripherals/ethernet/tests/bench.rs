@@ -111,7 +111,14 @@ impl Bench {
         ];
         let clocks = slot("RCC");
         bus.slot_mut(clocks).registers_mut().set(rcc::Register::Ahb1enr, rcc::ahb1enr::ETH1MACEN.mask());
-        let around = Surroundings { clocked: true, managed: true, hears: true, speaks: true, hclk_hz: 200_000_000 };
+        let around = Surroundings {
+            clocked: true,
+            managed: true,
+            hears: true,
+            speaks: true,
+            speaks_fast: true,
+            hclk_hz: 200_000_000,
+        };
         let mut part = Part { bus, ethernet: Ethernet::new(), slots };
         part.ethernet.look_around(around);
         Self { part, ram: Ram::default(), now_ns: 0, around, interrupt: false, told: Vec::new() }

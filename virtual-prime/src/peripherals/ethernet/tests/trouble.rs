@@ -149,6 +149,15 @@ fn a_wrong_duplex_is_a_complaint() {
 }
 
 #[test]
+fn outputs_at_low_speed_are_a_complaint() {
+    let mut bench = Bench::running();
+    bench.look_around(super::super::state::Surroundings { speaks_fast: false, ..bench.around });
+    assert!(bench.send(0, &from_board(60), 0).is_some());
+    let complaints = bench.complaints();
+    assert!(complaints.len() == 1 && complaints[0].contains("OSPEEDR"), "{complaints:?}");
+}
+
+#[test]
 fn registers_of_a_running_channel_are_not_to_be_written() {
     let mut bench = Bench::running();
     bench.dma(dma::Register::Dmacrxdlar, RX_RING);
