@@ -1,10 +1,11 @@
 //! What hangs at the other end of the board's Ethernet cable: [`peer`] is a computer with servers and clients
 //! behind a line that can be bad, [`forward`] leads ports of this computer through it, [`tap`] is a device of
-//! Linux.
+//! Linux; [`frames`] makes what no stack would send.
 
 pub mod answers;
 pub mod dhcp;
 pub mod forward;
+pub mod frames;
 pub mod impairment;
 pub mod peer;
 pub mod tap;

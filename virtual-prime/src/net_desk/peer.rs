@@ -11,6 +11,7 @@ use smoltcp::wire::{EthernetAddress, IpAddress, IpCidr, IpEndpoint, IpListenEndp
 
 use super::answers::{Names, TimeServer};
 use super::dhcp::{DhcpKind, DhcpServer};
+use super::frames::End;
 use super::impairment::{Impairment, Way};
 use super::port::Port;
 use crate::peripherals::ethernet::{Partner, Sent, Wire};
@@ -49,8 +50,9 @@ pub struct Peer {
     sockets: SocketSet<'static>,
     services: [SocketHandle; 3],
     next_port: u16,
-    /// Address of the board, as far as it has been seen or given.
+    /// Address of the board, as far as it has been seen or given, and its hardware address.
     board: Option<Ipv4Addr>,
+    hardware: Option<[u8; 6]>,
     /// The way to the board.
     pub to_board: Way,
     /// The way from the board.
@@ -101,6 +103,7 @@ impl Peer {
             services,
             next_port: FIRST_PORT,
             board: None,
+            hardware: None,
             to_board: Way::new(seed ^ 1),
             from_board: Way::new(seed ^ 2),
             dhcp: DhcpServer::new(OWN, GIVEN),
@@ -136,6 +139,18 @@ impl Peer {
     #[must_use]
     pub const fn board(&self) -> Option<Ipv4Addr> {
         self.board
+    }
+
+    /// Returns the board as the end of packets: its last address, and its hardware address.
+    #[must_use]
+    pub fn board_end(&self) -> Option<End> {
+        Some(End { hardware: self.hardware?, address: self.board? })
+    }
+
+    /// Returns the computer as the end of packets.
+    #[must_use]
+    pub const fn own_end(&self) -> End {
+        End { hardware: HARDWARE.0, address: OWN }
     }
 
     /// Plugs the computer into the board.
@@ -209,6 +224,7 @@ impl Peer {
 
     /// Learns the board's address from a frame of its own: the sender of a packet, or of an ARP message.
     fn learn(&mut self, frame: &[u8]) {
+        self.hardware = frame.get(6..12).and_then(|bytes| bytes.try_into().ok());
         let place = match frame.get(12..14) {
             Some([0x08, 0x00]) => 26,
             Some([0x08, 0x06]) => 28,
