@@ -44,8 +44,8 @@ impl RandomWords {
 
     /// Switches the generator and its clocks on, or off.
     fn wake(&self, on: bool) {
-        // SAFETY: RCC_CR and RCC_AHB2ENR are changed by others only at the start, before there is a task; here
-        // by the executor alone.
+        // SAFETY: RCC_CR and RCC_AHB2ENR are changed by others only at the start, before there is a task;
+        // here by the executor alone.
         let rcc = unsafe { &*pac::RCC::ptr() };
         if on {
             // RM0399 section 9.7.2, RCC_CR: HSI48ON, HSI48RDY. RNGSEL of RCC_D2CCIP2R is HSI48 after reset.

@@ -1,43 +1,91 @@
-//! Motion while the network is busy.
+//! Motion while the network is busy: the same steps as while it is quiet.
+
+use virtual_prime::net_desk::frames;
+use virtual_prime::net_desk::impairment::Impairment;
 
 use super::{Net, plan};
 use crate::common::velvet::SECOND;
+use crate::schedule::{Motion, motions};
 
-/// Steps of a job while frames come as fast as the cable carries them.
-#[test]
-fn a_flood_of_pings_delays_no_step() {
-    let mut net = Net::with_address(plan(&[]));
-    net.ask("G28.3 X30 Y30 Z30");
-    net.velvet.type_in("G1 X60 F1800");
-    let end = net.velvet.now_ms() + 2 * SECOND;
-    let ping = ping();
-    while net.velvet.now_ms() < end {
-        (0..2).for_each(|_| net.peer.put(&ping));
+const CONSOLE: &str = "[network] password_required = false";
+/// Job with lines, arcs and extrusion, and two stops.
+const JOB: &str = "G28.3 X30 Y30 Z30
+G92 E0
+G1 X40 Y30 E0.5 F9000
+G1 X50 Y38 E1
+G2 X56 Y44 I6 J0 E1.6
+G1 X60 Y44 E1.8
+G4 P300
+G3 X70 Y40 I5 J-2 E2.4
+G1 X70 Y60 E5 F12000
+G0 X31 Y31
+G4 P300
+G1 X60 Y60 E6 F3000
+";
+/// Greatest distance of an edge from its place, ns: events this close together are played one after the other.
+const TOLERANCE_NS: u64 = 250;
+
+/// Plays the job while `disturb` is called each millisecond. Returns its motions.
+fn played(mut disturb: impl FnMut(&mut Net, u64)) -> Vec<Motion> {
+    let mut net = Net::with_address(plan(&[CONSOLE]).file("job.g", JOB));
+    net.ask("M23 job.g");
+    let before = net.velvet.said().len();
+    net.velvet.type_in("M24");
+    let began = net.velvet.now_ms();
+    while !net.velvet.said()[before..].contains("Done printing file") {
+        let now = net.velvet.now_ms() - began;
+        assert!(now < 60 * SECOND, "the job is not done: {}", &net.velvet.said()[before..]);
+        disturb(&mut net, now);
         net.run(1);
     }
-    net.velvet.hear(100);
     let said = net.ask("get steps");
     assert!(said.contains("late: 0 (") && said.contains("delayed: 0\n"), "{said}");
+    motions(&net.velvet.world(|world| world.trace_mut().take()))
 }
 
-/// An echo request of 1,000 bytes to the board's address, from the computer, to everybody's hardware address.
-fn ping() -> Vec<u8> {
-    let mut packet = vec![0x45, 0, 0, 0, 0, 0, 0, 0, 64, 1, 0, 0, 10, 0, 2, 2, 10, 0, 2, 15];
-    let mut message = vec![8, 0, 0, 0, 0, 1, 0, 1];
-    message.resize(1_000, 0x55);
-    let length = (packet.len() + message.len()) as u16;
-    packet[2..4].copy_from_slice(&length.to_be_bytes());
-    let sum = checksum(&packet);
-    packet[10..12].copy_from_slice(&sum.to_be_bytes());
-    let sum = checksum(&message);
-    message[2..4].copy_from_slice(&sum.to_be_bytes());
-    [&[0xFF; 6][..], &[2, 0, 10, 0, 2, 2], &[8, 0], &packet, &message].concat()
+#[track_caller]
+fn assert_same(quiet: &[Motion], busy: &[Motion]) {
+    assert_eq!(quiet.len(), busy.len(), "motions");
+    for (quiet, busy) in quiet.iter().zip(busy) {
+        assert_eq!(quiet.len(), busy.len(), "edges");
+        for (one, other) in quiet.iter().zip(busy) {
+            assert_eq!((one.1, one.2), (other.1, other.2), "motor and direction at {} ns", one.0);
+            assert!(one.0.abs_diff(other.0) <= TOLERANCE_NS, "{} and {} ns", one.0, other.0);
+        }
+    }
 }
 
-/// The sum of RFC 1071.
-fn checksum(bytes: &[u8]) -> u16 {
-    let words = bytes.chunks(2).map(|pair| u32::from(u16::from_be_bytes([pair[0], pair.get(1).copied().unwrap_or(0)])));
-    let sum: u32 = words.sum();
-    let folded = (sum & 0xFFFF) + (sum >> 16);
-    !((folded & 0xFFFF) + (folded >> 16)) as u16
+#[test]
+fn floods_storms_and_a_bad_cable_leave_every_step_where_it_is() {
+    let quiet = played(|_, _| {});
+    assert!(quiet.iter().map(Vec::len).sum::<usize>() > 5_000, "a job that moves");
+    let flooded = played(|net, now| {
+        let (own, board) = (net.peer.own_end(), net.peer.board_end().expect("a board that has sent"));
+        let length = now as usize * 37 % 1_400;
+        for number in 0..3 {
+            net.peer.put(&frames::ping(own, board, 1, number, &vec![0x55; length]));
+        }
+        // A storm of questions to everybody.
+        for _ in 0..3 {
+            net.peer.put(&frames::arp(own, frames::End { hardware: [0xFF; 6], address: own.address }, false));
+        }
+    });
+    assert_same(&quiet, &flooded);
+    let mut visitor = None;
+    let bad = played(|net, now| {
+        let impairment =
+            Impairment { doubling: 50, reordering: 50, overtaken_ns: 3_000_000, ..Impairment::losing(200) };
+        net.peer.impair(&impairment);
+        match now % 1_000 {
+            10 => visitor = net.peer.connect(23),
+            900 => net.peer.unplug(&mut net.velvet.bench.vm),
+            950 => net.peer.plug(&mut net.velvet.bench.vm),
+            _ => {}
+        }
+        if let Some(visitor) = visitor {
+            let _sent = net.peer.send(visitor, b"M105\n?");
+            net.peer.receive(visitor);
+        }
+    });
+    assert_same(&quiet, &bad);
 }
