@@ -149,32 +149,62 @@ fn a_server_that_gives_nonsense_does_no_harm() {
     }
 }
 
+/// Sends bytes to a console that is short of room, in pieces, and sees what it makes of them.
+fn reaches(bytes: &[u8], plain: &[u8], random: &mut Random) {
+    let mut bench = Bench::with_address();
+    let client = bench.connect(2323);
+    let mut sent = 0;
+    while sent < bytes.len() || bench.desk.tcp(client).send_queue() > 0 {
+        let end = (sent + random.below(200) as usize).min(bytes.len());
+        sent += bench.desk.send(client, &bytes[sent..end]);
+        bench.lines[2].size = 8 + random.below(100) as usize;
+        bench.reads = random.below(30) as usize;
+        bench.step();
+    }
+    bench.reads = usize::MAX;
+    bench.run(SECOND);
+    let acts = |byte: &u8| matches!(byte, b'?' | b'!');
+    let (acting, kept): (Vec<u8>, Vec<u8>) = plain.iter().partition(|byte| acts(byte));
+    let received = &bench.lines[2].received;
+    let same = received.iter().zip(&kept).take_while(|(a, b)| a == b).count();
+    assert_eq!((same, received.len()), (kept.len(), kept.len()));
+    assert!(bench.lines[2].acted == acting);
+}
+
 #[test]
 fn bytes_of_any_kind_reach_the_console_in_order_and_what_acts_does_so_once() {
     let mut random = Random::new(5);
-    for round in 0..30 {
-        let mut bench = Bench::with_address();
-        let line = if round % 2 == 0 { 0 } else { 2 };
-        let client = bench.connect(if line == 0 { 23 } else { 2323 });
+    for _ in 0..30 {
         let bytes: Vec<u8> = (0..4_000).map(|_| b"G1 X?!\n\xFF\x85\r\0"[random.below(11) as usize]).collect();
         // The first byte is no command of telnet.
         let bytes = [b"$", &bytes[..]].concat();
-        let mut sent = 0;
-        while sent < bytes.len() || bench.desk.tcp(client).send_queue() > 0 {
-            let end = (sent + random.below(200) as usize).min(bytes.len());
-            sent += bench.desk.send(client, &bytes[sent..end]);
-            bench.lines[line].size = 8 + random.below(100) as usize;
-            bench.reads = random.below(30) as usize;
-            bench.step();
+        reaches(&bytes, &bytes, &mut random);
+    }
+}
+
+#[test]
+fn the_same_holds_in_telnet_whose_commands_stand_between() {
+    // Bytes as they are sent, and what they mean.
+    let words: [(&[u8], &[u8]); 9] = [
+        (b"G1 X", b"G1 X"),
+        (b"?", b"?"),
+        (b"!", b"!"),
+        (b"\r\n", b"\r\n"),
+        (b"\r\0", b"\r"),
+        (b"\xFF\xFF", b"\xFF"),
+        (b"\xFF\xF1", b""),
+        (b"\xFF\xFD\x05", b""),
+        (b"\xFF\xFA\x18\x00?\xFF\xFF!\xFF\xF0", b""),
+    ];
+    let mut random = Random::new(6);
+    for _ in 0..30 {
+        let (mut bytes, mut plain) = (b"\xFF\xFB\x18".to_vec(), Vec::new());
+        for _ in 0..1_500 {
+            let (sent, means) = words[random.below(words.len() as u32) as usize];
+            bytes.extend(sent);
+            plain.extend(means);
         }
-        bench.reads = usize::MAX;
-        bench.run(SECOND);
-        let acts = |byte: &u8| matches!(byte, b'?' | b'!');
-        let (acting, plain): (Vec<u8>, Vec<u8>) = bytes.iter().partition(|byte| acts(byte));
-        let received = &bench.lines[line].received;
-        let same = received.iter().zip(&plain).take_while(|(a, b)| a == b).count();
-        assert_eq!((same, received.len()), (plain.len(), plain.len()), "{round} {:?}", &bytes[..40]);
-        assert!(bench.lines[line].acted == acting, "{round}");
+        reaches(&bytes, &plain, &mut random);
     }
 }
 

@@ -98,7 +98,7 @@ fn without_a_password_nobody_comes_in_and_is_told_what_to_do() {
     bench.get_address();
     let client = bench.connect(23);
     let heard = bench.hear(client, SECOND);
-    assert!(heard.contains("net password WORD"), "{heard}");
+    assert!(heard.contains(": password WORD"), "{heard}");
     assert!(!bench.desk.tcp(client).may_recv());
     let mut other = Bench::new(Settings { password_required: true, ..Bench::settings() });
     let record = self::bench().network.password_record().expect("a record").to_string();
