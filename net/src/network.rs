@@ -16,7 +16,7 @@ use crate::news::{Inform, News};
 use crate::password::{Gate, Record, SALT_BYTES, Turn};
 use crate::random::Random;
 use crate::report::{AddressReport, Report};
-use crate::settings::{Addressing, LINES, Settings};
+use crate::settings::{Addressing, LINES, Service, Settings};
 use crate::wire::{Filter, Tap};
 
 /// Frames that a poll reads.
@@ -134,8 +134,13 @@ impl Network {
             self.change_address(lines, now);
         }
         self.run_names(now);
-        let mut means =
-            consoles::Means { now, gate: &mut self.gate, news: &mut self.news, scratch: &mut self.scratch[..] };
+        let mut means = consoles::Means {
+            now,
+            gate: &mut self.gate,
+            news: &mut self.news,
+            scratch: &mut self.scratch[..],
+            scarce: [false; Service::ALL.len()],
+        };
         self.consoles.run(&mut self.sockets, lines, &mut means);
         before != self.filter.counts()
     }
@@ -210,8 +215,13 @@ impl Network {
 
     /// Ends all connections.
     fn abort<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
-        let mut means =
-            consoles::Means { now, gate: &mut self.gate, news: &mut self.news, scratch: &mut self.scratch[..] };
+        let mut means = consoles::Means {
+            now,
+            gate: &mut self.gate,
+            news: &mut self.news,
+            scratch: &mut self.scratch[..],
+            scarce: [false; Service::ALL.len()],
+        };
         self.consoles.abort(&mut self.sockets, lines, &mut means);
     }
 

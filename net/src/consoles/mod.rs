@@ -75,6 +75,10 @@ impl Consoles {
 
     /// Serves every visitor.
     pub fn run<L: Line>(&mut self, sockets: &mut SocketSet<'static>, lines: &mut [L; LINES], means: &mut Means<'_>) {
+        means.scarce = Service::ALL.map(|service| {
+            let mut seats = self.seats.iter().filter(|seat| seat.service() == service);
+            !seats.any(|seat| sockets.get::<Socket>(seat.handle()).is_listening())
+        });
         for (seat, line) in self.seats.iter_mut().zip(lines) {
             seat.run(sockets.get_mut(seat.handle()), line, means);
         }

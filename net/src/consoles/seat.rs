@@ -20,6 +20,8 @@ use crate::wire::Peer;
 const CHUNK: usize = 128;
 /// Time without output after which a visitor is seen off who has closed his side.
 const LINGER: Duration = Duration::from_secs(1);
+/// The same when another visitor may come, and there is no other place for him.
+const LINGER_SCARCE: Duration = Duration::from_millis(100);
 /// Time that the end of a connection may take.
 const CLOSING: Duration = Duration::from_secs(5);
 
@@ -39,6 +41,8 @@ pub struct Means<'a> {
     pub gate: &'a mut Gate,
     pub news: &'a mut Inform,
     pub scratch: &'a mut [u8],
+    /// Services with no place for another visitor.
+    pub scarce: [bool; Service::ALL.len()],
 }
 
 /// Place for a visitor.
@@ -132,7 +136,9 @@ impl Seat {
         }
         self.send_answers(socket);
         if socket.state() == State::CloseWait {
-            self.see_off(socket, means.now);
+            let is_scarce = means.scarce.get(self.service as usize).is_some_and(|scarce| *scarce);
+            let linger = if is_scarce { LINGER_SCARCE } else { LINGER };
+            self.see_off(socket, linger, means.now);
         }
     }
 
@@ -184,10 +190,10 @@ impl Seat {
 
     /// Sees a visitor off who has closed his side, when all that he sent is received and nothing is answered
     /// any more.
-    fn see_off(&mut self, socket: &mut Socket<'static>, now: Instant) {
+    fn see_off(&mut self, socket: &mut Socket<'static>, linger: Duration, now: Instant) {
         if socket.recv_queue() > 0 || socket.send_queue() > 0 {
             self.since = now;
-        } else if now >= self.since + LINGER || !matches!(self.stage, Stage::Open(_)) {
+        } else if now >= self.since + linger || !matches!(self.stage, Stage::Open(_)) {
             self.close_open(socket, now);
         }
     }

@@ -92,3 +92,19 @@ fn a_reset_overtakes_the_lines_before_it_and_drops_them() {
     bench.run(SECOND);
     assert_eq!(bench.lines[2].text(), "$X\n");
 }
+
+#[test]
+fn who_only_sends_hears_the_answers_and_does_not_keep_the_next_one_out() {
+    let mut bench = Bench::with_address();
+    for turn in 0..20 {
+        let client = bench.connect(23);
+        bench.desk.send(client, b"M115\n");
+        bench.desk.tcp(client).close();
+        let line = bench.until(SECOND, |bench| bench.lines.iter().any(|line| line.text() == "M115\n"));
+        assert!(line, "visit {turn}");
+        let line = bench.lines.iter().position(|line| line.text() == "M115\n").unwrap();
+        bench.lines[line].received.clear();
+        bench.write(line, b"ok\n");
+        assert_eq!(bench.hear(client, 150 * MS), "ok\n", "visit {turn}");
+    }
+}
