@@ -1,16 +1,17 @@
 //! The controller's registers: clocks and pins, the software reset, set-up, start and stop (RM0399 chapter
 //! 61, "Programming guide" and "Ethernet registers").
 
-use drivers::lan8720::{Duplex, Link, Speed};
+use drivers::lan8720::{self, Duplex, Link};
 use stm32h7xx_hal::pac;
 
 use super::rings::{BUFFER_BYTES, RECEIVE, ReceiveRing, SEND, SendRing};
 use crate::clocks;
-use crate::pins::{self, Mode, PinName, Pull};
+use crate::pins::{self, Mode, PinName, Pull, Speed};
 
-/// The pins of RMII, all of function 11.
-const PINS: [(char, u8); 9] =
-    [('A', 1), ('A', 2), ('A', 7), ('C', 1), ('C', 4), ('C', 5), ('G', 11), ('G', 12), ('G', 13)];
+/// The pins of RMII, all of function 11: what is sent at 50 MHz (TX_EN, TXD1, TXD0), and inputs and the slow
+/// management lines (REF_CLK, CRS_DV, RXD0, RXD1; MDIO, MDC).
+const FAST_PINS: [(char, u8); 3] = [('G', 11), ('G', 12), ('G', 13)];
+const OTHER_PINS: [(char, u8); 6] = [('A', 1), ('A', 7), ('C', 4), ('C', 5), ('A', 2), ('C', 1)];
 
 /// SYSCFG_PMCR.EPIS: RMII.
 const RMII: u8 = 0b100;
@@ -92,14 +93,10 @@ pub(super) struct Registers {
 impl Registers {
     /// Connects pins and clocks, and has the software reset begin. False if the chip does not take RMII.
     pub(super) fn begin(&self) -> bool {
-        for (port, number) in PINS {
-            // 50 Mbit/s on each line.
-            pins::configure(
-                PinName::new(port, number),
-                Mode::Alternate(11, pins::Speed::VeryHigh),
-                Pull::Floating,
-                false,
-            );
+        for (group, speed) in [(&FAST_PINS[..], Speed::VeryHigh), (&OTHER_PINS[..], Speed::Low)] {
+            for &(port, number) in group {
+                pins::configure(PinName::new(port, number), Mode::Alternate(11, speed), Pull::Floating, false);
+            }
         }
         // SAFETY: RCC and SYSCFG have no owner behind start-up; these fields are the controller's alone, and
         // only the executor changes others of these registers, which is also who calls this.
@@ -193,10 +190,10 @@ impl Registers {
     /// Starts to send and receive over this link, or with the sender connected to the receiver. The ring to
     /// send is empty.
     pub(super) fn start(&self, link: Link, loops: bool) {
-        let speed = if link.speed == Speed::Hundred { control::HUNDRED } else { 0 };
+        let speed = if link.speed == lan8720::Speed::Hundred { control::HUNDRED } else { 0 };
         let duplex = if link.duplex == Duplex::Full { control::FULL_DUPLEX } else { 0 };
         // ETH_MTLRxQOMR: FEP, for the frames whose errors are none (`rings.rs`).
-        self.mtl.mtlrx_qomr.modify(|_, w| w.fep().bit(link.speed == Speed::Ten));
+        self.mtl.mtlrx_qomr.modify(|_, w| w.fep().bit(link.speed == lan8720::Speed::Ten));
         let settings = control::ALWAYS | speed | duplex | if loops { control::LOOP_BACK } else { 0 };
         // SAFETY: patterns of these registers' fields; the transmitter is stopped, as a change of speed, of
         // duplex and of the list's address asks for.

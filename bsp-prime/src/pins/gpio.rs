@@ -17,7 +17,8 @@ pub enum Speed {
     Medium = 0b01,
     /// 4 ns: the SD card's 25 MHz, as running boards have it. The data sheet allows a card's edges 10 ns.
     High = 0b10,
-    /// 3 ns. USB alone, as running boards have it: its transceiver shapes the edges itself.
+    /// 3 ns. USB, as running boards have it: its transceiver shapes the edges itself. And what Ethernet sends
+    /// at 50 MHz, on a few centimetres of the board.
     VeryHigh = 0b11,
 }
 
