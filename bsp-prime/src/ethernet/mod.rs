@@ -266,10 +266,11 @@ impl Ethernet {
         self.loops = true;
     }
 
-    /// Whether frames wait to be taken: the owner should not rest.
+    /// Whether a frame can be taken: the owner should not rest. A frame without room for an answer waits, and
+    /// the interrupt comes once there is room.
     #[must_use]
     pub fn has_work(&self) -> bool {
-        !matches!(self.stage, Stage::Resetting(_)) && self.receive.has_frame()
+        !matches!(self.stage, Stage::Resetting(_)) && self.receive.has_frame() && self.send.has_room()
     }
 
     /// Returns the reason why there can be no link. Without a reason and a link, no cable is plugged in, or
