@@ -7,8 +7,8 @@
 //! again only after the owner has found no more frames, so a flood costs no more interrupts than it has
 //! turns.
 //!
-//! The HAL's driver hangs without the PHY's clock, receives no multicast and knows one speed: see
-//! docs/dependencies.md.
+//! The HAL's driver is one of an older `smoltcp`, hangs without the PHY's clock, receives no multicast and
+//! knows one speed.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
