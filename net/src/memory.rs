@@ -8,7 +8,7 @@ use smoltcp::wire::DhcpOption;
 use crate::settings::{HOST_BYTES, HostName, LINES, Service};
 
 /// Bytes that a console's connection holds of what came in, and of what goes out.
-pub const LINE_BYTES: usize = 1_536;
+pub const LINE_BYTES: usize = 1_024;
 /// Bytes that the connection of a visitor holds who is turned away.
 pub const DOOR_BYTES: usize = 128;
 /// Sockets: consoles, doors, DHCP, mDNS, and the one that asks for names and time.
