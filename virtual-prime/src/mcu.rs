@@ -88,19 +88,26 @@ struct Slots {
 }
 
 impl Slots {
-    /// Returns the Ethernet controller's block at a slot.
-    fn ethernet_block(&self, slot: usize) -> Option<EthernetBlock> {
-        let blocks = [
-            (self.ethernet_mac, EthernetBlock::Mac),
-            (self.ethernet_mtl, EthernetBlock::Mtl),
-            (self.ethernet_dma, EthernetBlock::Dma),
-        ];
-        blocks.into_iter().find(|&(own, _)| own == slot).map(|(_, block)| block)
+    /// Whether a slot is one of the Ethernet controller's.
+    const fn is_ethernet(&self, slot: usize) -> bool {
+        slot == self.ethernet_mac || slot == self.ethernet_mtl || slot == self.ethernet_dma
     }
 
-    /// Whether a slot is of a block that lies between the Ethernet controller and its pins.
-    fn is_way_of_ethernet(&self, slot: usize) -> bool {
-        slot == self.syscfg || ETHERNET_PINS.iter().copied().flatten().any(|&(port, _)| self.ports[port] == slot)
+    /// Returns the Ethernet controller's block at one of its slots.
+    const fn ethernet_block(&self, slot: usize) -> EthernetBlock {
+        if slot == self.ethernet_mac {
+            EthernetBlock::Mac
+        } else if slot == self.ethernet_mtl {
+            EthernetBlock::Mtl
+        } else {
+            EthernetBlock::Dma
+        }
+    }
+
+    /// Whether a slot is of a block that lies between the Ethernet controller and its pins: their ports, of
+    /// which every access of the image asks this, and SYSCFG.
+    const fn is_way_of_ethernet(&self, slot: usize) -> bool {
+        slot == self.ports[0] || slot == self.ports[2] || slot == self.ports[6] || slot == self.syscfg
     }
 }
 
@@ -399,9 +406,9 @@ impl Mcu for PrimeMcu {
             }
             slot if slot == self.slots.pwm[0] => &mut self.pwm[0],
             slot if slot == self.slots.pwm[1] => &mut self.pwm[1],
-            slot if let Some(block) = self.slots.ethernet_block(slot) => {
+            slot if self.slots.is_ethernet(slot) => {
                 self.look_around_ethernet();
-                self.ethernet.face(block)
+                self.ethernet.face(self.slots.ethernet_block(slot))
             }
             slot if slot == self.slots.fmc => &mut self.fmc,
             slot if slot == self.slots.iwdg => &mut self.iwdg,

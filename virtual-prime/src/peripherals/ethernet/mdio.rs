@@ -15,6 +15,9 @@ const PREAMBLE_BITS: u64 = 32;
 const MB: u32 = 1;
 const C45E: u32 = 1 << 1;
 const PSE: u32 = 1 << 27;
+/// Fastest MDC of the PHY: a period of 400 ns (LAN8720A data sheet, section 3.5).
+const FASTEST_HZ: u64 = 2_500_000;
+const TOO_FAST: &str = "LAN8720A section 3.5: MDC is above 2.5 MHz, by MACMDIOAR.CR and HCLK";
 /// Reading of an undriven line: the board pulls MDIO up.
 const NOBODY: u32 = 0xFFFF;
 /// Dividers from HCLK to MDC, by MACMDIOAR.CR.
@@ -28,6 +31,9 @@ impl Ethernet {
         } else if matches!(register, Register::Macmdioar) && value & MB != 0 {
             let bits = if value & PSE == 0 { FRAME_BITS } else { FRAME_BITS - PREAMBLE_BITS };
             let divider = DIVIDERS[(value >> 8 & 0xF) as usize];
+            if self.around.hclk_hz / divider > FASTEST_HZ {
+                self.complain("MACMDIOAR", TOO_FAST, context);
+            }
             let time_ns = bits * divider * 1_000_000_000 / self.around.hclk_hz.max(1);
             self.frame_over = Some(context.now().0 + time_ns);
         }

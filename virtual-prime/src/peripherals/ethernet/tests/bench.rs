@@ -253,6 +253,15 @@ impl Bench {
         done
     }
 
+    /// Resets the controller as RCC does, by all three of its blocks.
+    pub(super) fn reset_controller(&mut self) {
+        for (slot, place) in self.part.slots {
+            let (registers, mut context) = self.part.bus.drive(VirtualNanos(self.now_ns), slot);
+            ErasedDevice::reset_line(self.part.ethernet.face(place), registers, &mut context);
+            self.settle();
+        }
+    }
+
     /// Changes the surroundings.
     pub(super) fn look_around(&mut self, around: Surroundings) {
         self.around = around;

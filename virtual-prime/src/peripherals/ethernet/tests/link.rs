@@ -1,6 +1,7 @@
 //! The PHY's registers, the link and its negotiation.
 
 use super::super::link::{Link, Partner};
+use super::super::state::Ethernet;
 use super::super::wire::Wire;
 use super::bench::*;
 
@@ -114,6 +115,23 @@ fn a_phy_that_is_powered_down_has_no_link() {
     bench.set_phy(0, 0x3000);
     bench.run(NEGOTIATION_NS);
     assert_eq!(told(&mut bench)[0] & LINK, LINK);
+}
+
+#[test]
+fn a_reset_of_the_controller_leaves_the_phy_alone_and_one_of_the_part_does_not() {
+    let mut bench = Bench::running();
+    bench.set_phy(4, 0x0061);
+    bench.reset_controller();
+    assert_eq!(bench.phy(4), 0x0061);
+    assert_eq!(told(&mut bench)[0] & LINK, LINK);
+    bench.with(Ethernet::restarted);
+    assert_eq!(bench.phy(4), 0x01E1);
+    assert_eq!(told(&mut bench)[0] & LINK, 0);
+    bench.run(NEGOTIATION_NS);
+    assert_eq!(told(&mut bench)[0] & LINK, LINK);
+    bench.set_up();
+    bench.start();
+    assert!(bench.send(0, &from_board(60), 0).is_some());
 }
 
 #[test]

@@ -62,6 +62,17 @@ fn a_management_frame_takes_64_periods_of_mdc() {
 }
 
 #[test]
+fn a_management_clock_that_is_too_fast_is_a_complaint() {
+    let mut bench = Bench::new();
+    // CR = 0 divides by 42.
+    bench.mac(mac::Register::Macmdioar, 2 << 16 | 3 << 2 | 1);
+    bench.run(40_000);
+    bench.phy(2);
+    let complaints = bench.complaints();
+    assert!(complaints.len() == 1 && complaints[0].contains("MDC"), "{complaints:?}");
+}
+
+#[test]
 fn management_registers_keep_their_values_while_a_frame_is_under_way() {
     let mut bench = Bench::new();
     bench.mac(mac::Register::Macmdioar, 2 << 16 | 4 << 8 | 3 << 2 | 1);
