@@ -18,6 +18,7 @@ mod images;
 mod led_strips;
 mod network;
 mod operation;
+mod other_stacks;
 mod outside_drivers;
 mod power_cuts;
 mod probing;

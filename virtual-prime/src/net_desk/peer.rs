@@ -1,6 +1,6 @@
-//! A computer at the other end of the cable: a stack with TCP clients and UDP for tests, a DHCP server, a name
-//! server and a time server, behind a line that can be bad. All of it lives in virtual time: the same seed
-//! gives the same frames.
+//! A computer at the other end of the cable: a stack with TCP clients and UDP for tests, a DHCP server, a
+//! name server and a time server, behind a line that can be bad. All of it lives in virtual time: the same
+//! seed gives the same frames.
 
 use std::net::Ipv4Addr;
 

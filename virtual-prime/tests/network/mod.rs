@@ -3,7 +3,6 @@
 mod addresses;
 mod consoles;
 mod motion;
-mod other_stack;
 
 use virtual_prime::net_desk::peer::{Connection, Peer};
 
