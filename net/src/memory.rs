@@ -7,10 +7,12 @@ use smoltcp::wire::DhcpOption;
 
 use crate::settings::{HOST_BYTES, HostName, LINES, Service};
 
-/// Bytes that a console's connection holds of what came in, and of what goes out.
-pub const LINE_BYTES: usize = 1_024;
-/// Bytes that the connection of a visitor holds who is turned away.
-pub const DOOR_BYTES: usize = 128;
+/// Bytes that a console's connection holds of what came in.
+pub const LINE_BYTES: usize = 1_536;
+/// Bytes that a console's connection holds of what goes out.
+const LINE_BYTES_OUT: usize = 1_024;
+/// Bytes that the connection of a visitor holds who is turned away, each way.
+const DOOR_BYTES: usize = 128;
 /// Sockets: consoles, doors, DHCP, mDNS, and the one that asks for names and time.
 const SOCKETS: usize = LINES + Service::ALL.len() + 3;
 /// Option of DHCP that tells the board's name (RFC 2132 section 3.14).
@@ -18,14 +20,14 @@ const HOST_NAME: u8 = 12;
 
 /// Buffers of a TCP socket.
 #[derive(Debug)]
-pub struct Buffers<const N: usize> {
-    incoming: [u8; N],
-    outgoing: [u8; N],
+pub struct Buffers<const IN: usize, const OUT: usize> {
+    incoming: [u8; IN],
+    outgoing: [u8; OUT],
 }
 
-impl<const N: usize> Buffers<N> {
+impl<const IN: usize, const OUT: usize> Buffers<IN, OUT> {
     const fn new() -> Self {
-        Self { incoming: [0; N], outgoing: [0; N] }
+        Self { incoming: [0; IN], outgoing: [0; OUT] }
     }
 
     /// Makes a socket of the buffers.
@@ -67,8 +69,8 @@ impl<const M: usize, const N: usize, const S: usize> Datagrams<M, N, S> {
 /// A new one is all zero, so that it may lie in memory that is not loaded but cleared at the start.
 #[derive(Debug)]
 pub struct Memory {
-    lines: [Buffers<LINE_BYTES>; LINES],
-    doors: [Buffers<DOOR_BYTES>; Service::ALL.len()],
+    lines: [Buffers<LINE_BYTES, LINE_BYTES_OUT>; LINES],
+    doors: [Buffers<DOOR_BYTES, DOOR_BYTES>; Service::ALL.len()],
     mdns: Datagrams<4, 1_536, 1_024>,
     asker: Datagrams<2, 640, 256>,
     sockets: Vec<SocketStorage<'static>, SOCKETS>,
@@ -114,8 +116,8 @@ impl Memory {
 
 /// Parts of the memory.
 pub struct Parts {
-    pub lines: &'static mut [Buffers<LINE_BYTES>; LINES],
-    pub doors: &'static mut [Buffers<DOOR_BYTES>; Service::ALL.len()],
+    pub lines: &'static mut [Buffers<LINE_BYTES, LINE_BYTES_OUT>; LINES],
+    pub doors: &'static mut [Buffers<DOOR_BYTES, DOOR_BYTES>; Service::ALL.len()],
     pub mdns: udp::Socket<'static>,
     pub asker: udp::Socket<'static>,
     pub sockets: &'static mut [SocketStorage<'static>],
