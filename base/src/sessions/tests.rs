@@ -17,10 +17,10 @@ struct Desk {
 
 impl Desk {
     fn new() -> Self {
-        let visited: Box<Inbox> = Box::new(InboxOf::<1_024>::new());
+        let visited: Box<Inbox> = Box::<InboxOf<1_024>>::default();
         visited.set_open(false);
         Self {
-            inboxes: [Box::new(InboxOf::<INBOX_BYTES>::new()), visited],
+            inboxes: [Box::<InboxOf<INBOX_BYTES>>::default(), visited],
             intakes: [Intake::new(); 2],
             output: [(VecDeque::new(), usize::MAX), (VecDeque::new(), usize::MAX)],
             kinds: [ConsoleKind::Serial, ConsoleKind::Network],

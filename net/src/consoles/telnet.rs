@@ -90,9 +90,11 @@ impl Decoder {
 
     /// Reads a byte.
     pub fn hear(&mut self, byte: u8) -> Heard {
-        if self.kind != Kind::Telnet {
-            return self.begin(byte);
-        }
+        if self.kind == Kind::Telnet { self.hear_telnet(byte) } else { self.begin(byte) }
+    }
+
+    /// Reads a byte of a connection that speaks telnet.
+    fn hear_telnet(&mut self, byte: u8) -> Heard {
         let (place, heard) = match (self.place, byte) {
             (Place::Data | Place::Return, IAC) => (Place::Command, Heard::Nothing),
             (Place::Return, 0) => (Place::Data, Heard::Nothing),
@@ -125,7 +127,7 @@ impl Decoder {
             }
             (Kind::Unknown, Place::Command, SE..=DONT) => {
                 self.kind = Kind::Telnet;
-                self.hear(byte)
+                self.hear_telnet(byte)
             }
             (Kind::Unknown, Place::Command, _) => {
                 *self = Self { kind: Kind::Raw, place: Place::Data };

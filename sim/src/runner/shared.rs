@@ -86,8 +86,8 @@ impl Shared {
         let profiles: Vec<SessionProfile> = consoles.into_iter().chain(setup.visitors.iter().copied()).collect();
         let inbox = |(place, profile): (usize, &SessionProfile)| {
             let inbox: Box<Inbox> = match profile.kind {
-                ConsoleKind::Network => Box::new(InboxOf::<NETWORK_INBOX_BYTES>::new()),
-                ConsoleKind::Serial | ConsoleKind::Usb | ConsoleKind::Memory => Box::new(InboxOf::<INBOX_BYTES>::new()),
+                ConsoleKind::Network => Box::<InboxOf<NETWORK_INBOX_BYTES>>::default(),
+                ConsoleKind::Serial | ConsoleKind::Usb | ConsoleKind::Memory => Box::<InboxOf<INBOX_BYTES>>::default(),
             };
             // Visitors connect only later.
             inbox.set_open(place < CONSOLES);

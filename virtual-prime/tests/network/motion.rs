@@ -22,7 +22,8 @@ G0 X31 Y31
 G4 P300
 G1 X60 Y60 E6 F3000
 ";
-/// Greatest distance of an edge from its place, ns: events this close together are played one after the other.
+/// Greatest distance of an edge from its place, ns: events this close together are played one after the
+/// other.
 const TOLERANCE_NS: u64 = 250;
 
 /// Plays the job while `disturb` is called each millisecond. Returns its motions.

@@ -15,13 +15,14 @@ use super::calls::{self, Function};
 use super::pointers::Pointers;
 
 /// How often a function may be on the stack at once, where it leads back to itself: by what its name holds.
-const NESTING: [(&str, u8); 12] = [
+const NESTING: [(&str, u8); 13] = [
     // A reply formats a finding, that an error, that a quantity, that a number. GRBL's framing formats once
     // more below, but no number, which is what takes the stack.
     ("core::fmt::write", 4),
     // Derived `Debug`s, and text set in by them: only a panic and the log say them.
     (">::debug_", 2),
     ("DebugStruct>::field", 2),
+    ("(U,T) as core::fmt::Debug>", 2),
     ("<&dyn core::fmt::Debug as", 2),
     ("<core::fmt::builders::PadAdapter", 1),
     // A name that ends with a separator has its last part before it.

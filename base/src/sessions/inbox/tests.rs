@@ -6,7 +6,7 @@ use std::vec::Vec;
 
 /// Makes the inbox of a serial line.
 fn serial() -> Box<Inbox> {
-    Box::new(InboxOf::<INBOX_BYTES>::new())
+    Box::<InboxOf<INBOX_BYTES>>::default()
 }
 
 /// Takes all that waits; appends the lines that ended, and `lost` for each lost one.
