@@ -435,8 +435,12 @@ pub const SIGNALS: &[Signal] = &[
         name: "Ethernet (RMII)",
         pins: &["PA1", "PA2", "PA7", "PC1", "PC4", "PC5", "PG11", "PG12", "PG13"],
         rest: Rest::Driven("LAN8720A, whose inputs have pull-downs of their own"),
-        active: "not used yet",
+        active: "the network, when [network] enable says so",
         origin: "schematic, sheet ethernet",
+        proofs: &[Proof {
+            test: "an_address_comes_from_dhcp_and_goes_with_the_cable",
+            file: "virtual-prime/tests/network/addresses.rs",
+        }],
         ..BASE
     },
     Signal {
