@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
 help:
@@ -117,6 +117,12 @@ peers-senders: virtual-prime firmware
 usb: virtual-prime firmware
 	@cd virtual-prime/images && CARGO_TARGET_DIR=../target/images $(FW_CARGO) build -q --locked --release $(FW_FLAGS)
 	@GCODE="$(GCODE)" python3 peers/usb/run.py target/peers out/usb $(IMAGE) $(if $(ONLY),"$(ONLY)")
+
+## make net                      the network: a day of the stack, nonsense frames for minutes, and the image at a cable; half an hour
+net: virtual-prime firmware
+	@$(CARGO) test -q --locked --release -p net -- --include-ignored
+	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
+	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test board -- network:: other_stacks:: --include-ignored
 
 ## make usb-fuzz [SECONDS=n] [SEED=n]      requests of any kind at the image's USB socket, for an hour if not said otherwise, and a hundred cables
 ##                               pulled out while it works

@@ -17,7 +17,7 @@ use base::sessions::{Intake, Rights};
 use bsp_prime::ethernet::{Duplex, Ethernet, EthernetError, Link, LinkMode, Parts, Speed};
 use bsp_prime::random::RandomWords;
 use bsp_prime::time;
-use config::{LinkSpeed, NetworkConfig};
+use config::{Address, LinkSpeed, NetworkConfig};
 use net::{
     Addressing, HostName, LINES, Line, Memory, News, Origin, Role, Service, Settings, StaticAddress, TimeServer,
     Visitor,
@@ -98,7 +98,6 @@ impl Line for NetworkLine {
 
     fn open(&mut self, visitor: Visitor) {
         self.rights = match visitor.role {
-            Role::Watch => Rights::Watch,
             Role::Operate => Rights::Operate,
             Role::Own => Rights::Own,
         };
@@ -142,7 +141,8 @@ struct Joined {
     has_mdns: bool,
     /// Name that the network was last told to know the machine by.
     name: HostName,
-    has_new_record: bool,
+    /// Whether a new password's record is wanted.
+    wants_record: bool,
     clock_set_at: Option<Micros>,
     /// Fault of the hardware that has been told.
     told: Option<EthernetError>,
@@ -189,7 +189,7 @@ impl BoardNetwork {
                 services,
                 has_mdns: config.mdns,
                 name,
-                has_new_record: false,
+                wants_record: false,
                 clock_set_at: None,
                 told: None,
             })
@@ -208,6 +208,14 @@ impl BoardNetwork {
         let Some(joined) = self.joined.as_mut() else { return bytes.len() };
         joined.due = Micros(0);
         joined.stack.write(usize::from(place), bytes)
+    }
+
+    /// Has the network told that the machine goes, as it is about to start anew.
+    pub fn leave(&mut self) {
+        if let Some(joined) = self.joined.as_mut() {
+            joined.stack.leave();
+            joined.due = Micros(0);
+        }
     }
 
     /// Returns the rights of a console's visitor.
@@ -241,25 +249,26 @@ impl BoardNetwork {
         Ok(())
     }
 
-    /// Begins to make the record of a password.
-    pub fn begin_password(&mut self, password: &[u8]) {
-        let Some(joined) = self.joined.as_mut() else { return };
+    /// Begins to make the record of a password. False when it cannot be one.
+    pub fn begin_password(&mut self, password: &[u8]) -> bool {
+        let Some(joined) = self.joined.as_mut() else { return false };
         let mut salt = [0; net::SALT_BYTES];
         let words: [u32; net::SALT_BYTES / 4] = joined.random.take();
         for (place, byte) in salt.iter_mut().zip(words.into_iter().flat_map(u32::to_le_bytes)) {
             *place = byte;
         }
         joined.due = Micros(0);
-        // The machine has verified the length.
-        let _begun = joined.stack.set_password(password, salt);
+        joined.wants_record = joined.stack.set_password(password, salt);
+        joined.wants_record
     }
 
     /// Takes the record of a new password when it is made.
     pub fn take_record(&mut self) -> Option<PasswordRecord> {
         let joined = self.joined.as_mut()?;
-        if !core::mem::take(&mut joined.has_new_record) {
+        if !joined.wants_record || joined.stack.is_setting_password() {
             return None;
         }
+        joined.wants_record = false;
         let mut text = PasswordRecord::new();
         // A record fits.
         let _fits = write!(text, "{}", joined.stack.password_record()?);
@@ -316,10 +325,10 @@ impl Joined {
 
     fn address(&self) -> Option<NetworkAddress> {
         self.stack.report().address.map(|address| NetworkAddress {
-            address: address.address.octets(),
+            address: address.address,
             mask_bits: address.prefix,
-            gateway: address.gateway.map(|gateway| gateway.octets()),
-            dns: address.dns[0].map(|dns| dns.octets()),
+            gateway: address.gateway,
+            dns: address.dns[0],
             origin: match address.origin {
                 Origin::Static => AddressOrigin::Configuration,
                 Origin::Dhcp => AddressOrigin::Dhcp,
@@ -341,7 +350,7 @@ impl Joined {
                 News::Address { .. } => return self.address().map(NetworkNews::Address),
                 News::AddressLost { loss: net::Loss::Replaced, .. } => {}
                 News::AddressLost { .. } => return Some(NetworkNews::NoAddress),
-                News::AddressTaken { address, .. } => return Some(NetworkNews::AddressTaken(address.octets())),
+                News::AddressTaken { address, .. } => return Some(NetworkNews::AddressTaken(address)),
                 News::Named(name) if name != self.name => {
                     self.name = name;
                     return Some(NetworkNews::Renamed(self.name.as_str().try_into().unwrap_or_default()));
@@ -350,8 +359,7 @@ impl Joined {
                     self.clock_set_at = Some(time::now());
                     return Some(NetworkNews::Time(unix_ms.saturating_add(500) / 1_000));
                 }
-                News::WrongPassword { from, .. } => return Some(NetworkNews::WrongPassword(from.octets())),
-                News::PasswordSet => self.has_new_record = true,
+                News::WrongPassword { from, .. } => return Some(NetworkNews::WrongPassword(from)),
                 News::Named(_) | News::NameTaken(_) | News::NoTime | News::Came(_) | News::Left(_) => {}
             }
         }
@@ -370,21 +378,25 @@ const fn name_of(service: Service) -> &'static str {
 fn settings(config: &NetworkConfig, mac: [u8; 6]) -> Settings {
     let addressing = match (config.address.given(), config.mask.given()) {
         (Some(address), Some(mask)) => Addressing::Static(StaticAddress {
-            address: address.into(),
-            mask: mask.into(),
-            gateway: config.gateway.given().map(Into::into),
-            dns: config.dns.given().map(Into::into),
+            address,
+            mask,
+            gateway: config.gateway.given(),
+            dns: config.dns.given(),
         }),
         _ => Addressing::Dhcp,
     };
     Settings {
         host: HostName::new(&config.host_name),
         addressing,
-        time_server: if config.ntp { TimeServer::new(&config.ntp_server) } else { None },
+        time_server: if config.ntp { time_server(&config.ntp_server) } else { None },
         telnet: config.shell.then_some(config.shell_port),
         grbl: config.grbl.then_some(config.grbl_port),
         mdns: config.mdns,
         password_required: config.password_required,
         ..Settings::new(mac)
     }
+}
+
+fn time_server(text: &str) -> Option<TimeServer> {
+    Address::read(text).given().map_or_else(|| TimeServer::named(text), |address| Some(TimeServer::Address(address)))
 }

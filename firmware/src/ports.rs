@@ -31,7 +31,7 @@ use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
 use crate::lock_free::{LATCH, REPORTS};
 use crate::log::Told;
-use crate::network::{self, BoardNetwork};
+use crate::network::BoardNetwork;
 use crate::rtt_console::Said;
 use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage};
@@ -42,7 +42,7 @@ use crate::{executor, usb, workspace};
 
 mod calendar;
 mod computer;
-mod on_network;
+mod network;
 mod rest;
 mod updates;
 
@@ -133,7 +133,7 @@ impl<L: Locks> BoardPorts<L> {
     ) -> Self {
         let storage = card_storage(card);
         usb::begin();
-        network::begin();
+        crate::network::begin();
         Self {
             owned,
             storage,
@@ -484,6 +484,7 @@ impl<L: Locks> Board for BoardPorts<L> {
     }
 
     fn request_reset(&mut self) {
+        self.owned.network.leave();
         self.reset_at.get_or_insert(time::now().plus(RESET_DELAY));
     }
 }

@@ -37,6 +37,6 @@ pub use password::{RECORD_BYTES, Record, SALT_BYTES, WORD_BYTES};
 pub use report::{AddressReport, Report};
 pub use settings::{
     Addressing, HOST_BYTES, HostName, LINES, LINES_EACH, SERVER_BYTES, Service, Settings, StaticAddress, TELNET_PORT,
-    TimeServer, read_address, service_of,
+    TimeServer, service_of,
 };
 pub use wire::Counts;

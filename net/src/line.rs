@@ -8,8 +8,6 @@ use crate::settings::Service;
 /// Rights of a visitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
-    /// Sees, and can stop.
-    Watch,
     /// Runs the machine.
     Operate,
     /// Changes how the machine is set up, too.

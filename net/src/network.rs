@@ -13,10 +13,10 @@ use crate::line::Line;
 use crate::memory::{LINE_BYTES, Memory};
 use crate::names::{self, MDNS_ADDRESS, Responder};
 use crate::news::{Inform, News};
-use crate::password::{Gate, Record, SALT_BYTES, Turn};
+use crate::password::{Gate, Record, SALT_BYTES};
 use crate::random::Random;
 use crate::report::{AddressReport, Report};
-use crate::settings::{Addressing, LINES, Service, Settings};
+use crate::settings::{Addressing, LINES, Settings};
 use crate::wire::{Filter, Tap};
 
 /// Frames that a poll reads.
@@ -110,20 +110,17 @@ impl Network {
     /// `now` is in microseconds, `is_up` says that the cable carries.
     pub fn poll<D: Device, L: Line>(&mut self, now: u64, is_up: bool, device: &mut D, lines: &mut [L; LINES]) {
         let now = instant(now);
-        let turn = self.gate.run();
-        if turn == Turn::Set {
-            self.news.tell(News::PasswordSet);
-        }
+        let has_hashed = self.gate.run();
         if self.is_up != is_up {
             self.is_up = is_up;
             self.turn_link(lines, now);
         }
         if !is_up {
-            self.is_busy = turn != Turn::Nothing;
+            self.is_busy = has_hashed;
             return;
         }
         let worked = self.exchange(device, lines, now);
-        self.is_busy = worked || turn != Turn::Nothing;
+        self.is_busy = worked || has_hashed;
     }
 
     /// Moves frames and bytes. Returns whether there was any.
@@ -134,13 +131,7 @@ impl Network {
             self.change_address(lines, now);
         }
         self.run_names(now);
-        let mut means = consoles::Means {
-            now,
-            gate: &mut self.gate,
-            news: &mut self.news,
-            scratch: &mut self.scratch[..],
-            scarce: [false; Service::ALL.len()],
-        };
+        let mut means = consoles::Means::new(now, &mut self.gate, &mut self.news, &mut self.scratch[..]);
         self.consoles.run(&mut self.sockets, lines, &mut means);
         before != self.filter.counts()
     }
@@ -215,13 +206,7 @@ impl Network {
 
     /// Ends all connections.
     fn abort<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
-        let mut means = consoles::Means {
-            now,
-            gate: &mut self.gate,
-            news: &mut self.news,
-            scratch: &mut self.scratch[..],
-            scarce: [false; Service::ALL.len()],
-        };
+        let mut means = consoles::Means::new(now, &mut self.gate, &mut self.news, &mut self.scratch[..]);
         self.consoles.abort(&mut self.sockets, lines, &mut means);
     }
 
@@ -290,7 +275,13 @@ impl Network {
         self.gate.record()
     }
 
-    /// Begins to make a word the password: [`News::PasswordSet`] follows. `salt` must not be told by anything
+    /// Returns whether a word is still on its way to be the password.
+    #[must_use]
+    pub const fn is_setting_password(&self) -> bool {
+        self.gate.is_setting()
+    }
+
+    /// Begins to make a word the password, see [`Self::is_setting_password`]. `salt` must not be told by anything
     /// that was before. False if the word is empty or longer than 64 bytes.
     pub fn set_password(&mut self, word: &[u8], salt: [u8; SALT_BYTES]) -> bool {
         self.gate.set(word, salt)

@@ -77,8 +77,6 @@ pub enum News {
         /// Address that it came from.
         from: Ipv4Addr,
     },
-    /// The password that was chosen is in force; its record can be kept.
-    PasswordSet,
 }
 
 /// Most events that wait.

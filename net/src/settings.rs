@@ -96,33 +96,18 @@ pub enum TimeServer {
 }
 
 impl TimeServer {
-    /// Reads an address or a name; `None` for an empty text and one that is too long.
+    /// Returns the server of this name; `None` for an empty one and one that is too long.
     #[must_use]
-    pub fn new(text: &str) -> Option<Self> {
-        let text = text.trim_ascii();
-        let text = text.strip_suffix('.').unwrap_or(text);
-        match read_address(text) {
-            Some(address) => Some(Self::Address(address)),
-            None => String::try_from(text).ok().filter(|name| !name.is_empty()).map(Self::Name),
-        }
+    pub fn named(name: &str) -> Option<Self> {
+        let name = name.trim_ascii();
+        let name = name.strip_suffix('.').unwrap_or(name);
+        String::try_from(name).ok().filter(|name| !name.is_empty()).map(Self::Name)
     }
 }
 
 /// Returns whether an address can be a single machine's. The stack fails on a way out that is none.
 pub(crate) const fn is_host(address: Ipv4Addr) -> bool {
     !(address.is_unspecified() || address.is_multicast() || address.is_broadcast())
-}
-
-/// Reads an address: four numbers with points between them. The library's reader knows IPv6 too, and takes
-/// ten times the code.
-#[must_use]
-pub fn read_address(text: &str) -> Option<Ipv4Addr> {
-    let (mut octets, mut count) = ([0; 4], 0);
-    for number in text.split('.') {
-        *octets.get_mut(count)? = number.parse().ok()?;
-        count += 1;
-    }
-    (count == octets.len()).then(|| octets.into())
 }
 
 /// Service over TCP that ends in consoles.
@@ -224,18 +209,9 @@ mod tests {
     }
 
     #[test]
-    fn an_address_has_four_numbers() {
-        assert_eq!(read_address("192.168.0.255"), Some(Ipv4Addr::new(192, 168, 0, 255)));
-        for text in ["", "1.2.3", "1.2.3.4.5", "1.2.3.256", "1.2.3.x", "1..2.3", "pool.ntp.org"] {
-            assert_eq!(read_address(text), None, "{text}");
-        }
-    }
-
-    #[test]
-    fn a_time_server_has_an_address_or_a_name() {
-        assert_eq!(TimeServer::new(" 10.0.0.1 "), Some(TimeServer::Address([10, 0, 0, 1].into())));
-        assert!(matches!(TimeServer::new("pool.ntp.org."), Some(TimeServer::Name(name)) if name == "pool.ntp.org"));
-        assert_eq!(TimeServer::new(" "), None);
-        assert_eq!(TimeServer::new(&"x".repeat(200)), None);
+    fn a_time_server_has_a_name_that_fits() {
+        assert!(matches!(TimeServer::named(" pool.ntp.org. "), Some(TimeServer::Name(name)) if name == "pool.ntp.org"));
+        assert_eq!(TimeServer::named(" "), None);
+        assert_eq!(TimeServer::named(&"x".repeat(200)), None);
     }
 }

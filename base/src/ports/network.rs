@@ -1,5 +1,7 @@
 //! Access to the network.
 
+use core::net::Ipv4Addr;
+
 use config::NetworkConfig;
 use heapless::{String, Vec};
 
@@ -39,13 +41,13 @@ impl AddressOrigin {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NetworkAddress {
     /// Address of the machine.
-    pub address: [u8; 4],
+    pub address: Ipv4Addr,
     /// Length of the netmask, bits.
     pub mask_bits: u8,
     /// Router to other networks.
-    pub gateway: Option<[u8; 4]>,
+    pub gateway: Option<Ipv4Addr>,
     /// Server that knows names.
-    pub dns: Option<[u8; 4]>,
+    pub dns: Option<Ipv4Addr>,
     /// Origin of the address.
     pub origin: AddressOrigin,
 }
@@ -116,11 +118,11 @@ pub enum NetworkNews {
     /// The machine has no address any more: the cable is out, or the lease is over.
     NoAddress,
     /// Another machine has the configured address.
-    AddressTaken([u8; 4]),
+    AddressTaken(Ipv4Addr),
     /// Another machine has the name; this one has another now.
     Renamed(String<NETWORK_NAME_BYTES>),
     /// Somebody at this address has given a wrong password.
-    WrongPassword([u8; 4]),
+    WrongPassword(Ipv4Addr),
     /// The hardware has a fault: what it is, and what to do.
     Fault(&'static str),
     /// The time of the network, seconds since 1970, UTC.
@@ -155,8 +157,10 @@ pub trait Network {
         Ok(())
     }
 
-    /// Begins to make the record of a new password, which takes a second.
-    fn begin_password(&mut self, _password: &[u8]) {}
+    /// Begins to make the record of a new password, which takes a second. False: it cannot be a password here.
+    fn begin_password(&mut self, _password: &[u8]) -> bool {
+        false
+    }
 
     /// Takes the record of the new password when it is made.
     fn take_password_record(&mut self) -> Option<PasswordRecord> {

@@ -1,7 +1,7 @@
 //! Ethernet: the controller (MAC, queues, DMA) in RMII mode with the PHY behind it, as a device for
 //! `smoltcp`.
 //!
-//! One owner polls it; nothing here waits. [`Ethernet::supervise`] moves the reset and the management frames
+//! A single owner polls the controller; nothing here waits. [`Ethernet::supervise`] moves the reset and the management frames
 //! on, watches the link, and starts and stops the MAC with it. Frames are lent to the stack in the buffers
 //! that the DMA has written or will read. The interrupt ([`on_interrupt`]) masks itself: it comes once, and
 //! again only after the owner has found no more frames, so a flood costs no more interrupts than it has

@@ -1,5 +1,7 @@
 //! Checks of addresses and of the machine's name in the network.
 
+use core::net::Ipv4Addr;
+
 use super::findings::Checks;
 use crate::machine::Address;
 
@@ -27,14 +29,14 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         checks.error(("network", 0, "grbl_port"), reason, format_args!("write another port, as 2323"));
     }
     if let Some(address) = network.address.given() {
-        fixed(checks, u32::from_be_bytes(address));
+        fixed(checks, address);
     }
 }
 
 /// Checks a fixed address against its netmask and gateway.
-fn fixed(checks: &mut Checks<'_, '_>, address: u32) {
+fn fixed(checks: &mut Checks<'_, '_>, address: Ipv4Addr) {
     let network = &checks.config.network;
-    let (gateway, is_flawed) = (network.gateway.given().map(u32::from_be_bytes), network.mask == Address::Flawed);
+    let (gateway, is_flawed) = (network.gateway.given().map(Ipv4Addr::to_bits), network.mask == Address::Flawed);
     let Some(bits) = network.mask_bits().filter(|bits| (1..=30).contains(bits)) else {
         if !is_flawed {
             let reason = format_args!("this is no netmask of a network with several machines");
@@ -47,7 +49,8 @@ fn fixed(checks: &mut Checks<'_, '_>, address: u32) {
         return;
     };
     let hosts = u32::MAX.checked_shr(u32::from(bits)).unwrap_or(0);
-    let first = address.to_be_bytes()[0];
+    let first = address.octets()[0];
+    let address = address.to_bits();
     if address & hosts == 0 || address & hosts == hosts || first == 0 || first == 127 || first >= 224 {
         let reason = format_args!("no machine can have this address");
         checks.error(

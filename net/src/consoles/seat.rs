@@ -45,6 +45,13 @@ pub struct Means<'a> {
     pub scarce: [bool; Service::ALL.len()],
 }
 
+impl<'a> Means<'a> {
+    /// Gathers what seats work with; whose places are scarce is found by the consoles.
+    pub const fn new(now: Instant, gate: &'a mut Gate, news: &'a mut Inform, scratch: &'a mut [u8]) -> Self {
+        Self { now, gate, news, scratch, scarce: [false; Service::ALL.len()] }
+    }
+}
+
 /// Place for a visitor.
 #[derive(Debug)]
 pub struct Seat {

@@ -20,15 +20,6 @@ enum Purpose {
     Set([u8; SALT_BYTES]),
 }
 
-/// Outcome of a turn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
-    Nothing,
-    Working,
-    /// A new password is in force.
-    Set,
-}
-
 /// Gate of all consoles.
 pub struct Gate {
     is_required: bool,
@@ -110,28 +101,29 @@ impl Gate {
         self.work.is_some() || self.to_set.is_some()
     }
 
-    /// Does a slice of the hash in work.
-    pub fn run(&mut self) -> Turn {
+    /// Returns whether a new password is on its way to be in force.
+    pub const fn is_setting(&self) -> bool {
+        self.to_set.is_some() || matches!(self.work, Some((_, Purpose::Set(_))))
+    }
+
+    /// Does a slice of the hash in work. Returns whether there was one.
+    pub fn run(&mut self) -> bool {
         if self.work.is_none()
             && let Some((word, salt)) = self.to_set.take()
         {
             self.work = Derivation::new(&word, &salt, ROUNDS).map(|hash| (hash, Purpose::Set(salt)));
         }
-        let Some((derivation, purpose)) = &mut self.work else { return Turn::Nothing };
-        let Some(hash) = derivation.advance(SLICE) else { return Turn::Working };
-        let turn = match purpose {
+        let Some((derivation, purpose)) = &mut self.work else { return false };
+        let Some(hash) = derivation.advance(SLICE) else { return true };
+        match purpose {
             Purpose::Prove(line) => {
                 let is_right = self.record.as_ref().is_some_and(|record| record.is_of(&hash));
                 self.verdict = Some((*line, is_right));
-                Turn::Working
             }
-            Purpose::Set(salt) => {
-                self.record = Some(Record::new(*salt, hash));
-                Turn::Set
-            }
-        };
+            Purpose::Set(salt) => self.record = Some(Record::new(*salt, hash)),
+        }
         self.work = None;
-        turn
+        true
     }
 }
 
@@ -156,9 +148,11 @@ mod tests {
         let mut gate = Gate::new(true);
         assert!(!proves(&mut gate, b"secret"), "none is set");
         assert!(!gate.set(b"", [1; 16]) && !gate.set(&[b'x'; 65], [1; 16]));
-        assert!(gate.set(b"secret", [1; 16]) && gate.is_busy());
-        let turns = (0..60).filter(|_| gate.run() == Turn::Set).count();
-        assert!(turns == 1 && !gate.is_busy());
+        assert!(gate.set(b"secret", [1; 16]) && gate.is_busy() && gate.is_setting());
+        while gate.run() {
+            assert!(gate.is_setting() == gate.record().is_none());
+        }
+        assert!(!gate.is_busy() && !gate.is_setting());
         assert!(proves(&mut gate, b"secret"));
         assert!(!proves(&mut gate, b"secres") && !proves(&mut gate, b""));
         let text = gate.record().expect("a record").to_string();

@@ -6,5 +6,5 @@ mod gate;
 mod record;
 
 pub use derivation::WORD_BYTES;
-pub use gate::{Gate, Turn};
+pub use gate::Gate;
 pub use record::{RECORD_BYTES, Record, SALT_BYTES};

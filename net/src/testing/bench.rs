@@ -8,7 +8,7 @@ use smoltcp::time::Instant;
 use super::desk::Desk;
 use super::line::TestLine;
 use super::wire::{Port, Wire};
-use crate::{LINES, Memory, Network, News, Settings};
+use crate::{LINES, Memory, Network, News, Settings, TimeServer};
 
 /// Microseconds.
 pub const MS: u64 = 1_000;
@@ -160,4 +160,9 @@ impl Bench {
             self.step();
         }
     }
+}
+
+/// Returns the time server of this address or name.
+pub fn time_server(text: &str) -> Option<TimeServer> {
+    text.parse().map_or_else(|_| TimeServer::named(text), |address| Some(TimeServer::Address(address)))
 }

@@ -7,7 +7,7 @@ mod frames;
 mod line;
 mod wire;
 
-pub use bench::{BOARD, BOARD_MAC, Bench, MS, SECOND};
+pub use bench::{BOARD, BOARD_MAC, Bench, MS, SECOND, time_server};
 pub use desk::{DESK, DESK_MAC};
 pub use frames::{arp, datagram, echo, syn};
 pub use wire::Faults;

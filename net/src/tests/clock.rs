@@ -1,14 +1,14 @@
 //! The time from a server.
 
 use crate::names::message::Message;
-use crate::testing::{Bench, DESK, SECOND};
-use crate::{News, Settings, TimeServer};
+use crate::testing::{Bench, DESK, SECOND, time_server};
+use crate::{News, Settings};
 
 /// 2026-11-29 02:00:00 UTC.
 const UNIX: u64 = 1_795_917_600;
 
 fn bench(server: &str) -> Bench {
-    let settings = Settings { time_server: TimeServer::new(server), ..Bench::settings() };
+    let settings = Settings { time_server: time_server(server), ..Bench::settings() };
     let mut bench = Bench::new(settings);
     bench.get_address();
     bench

@@ -1,9 +1,9 @@
 //! A day in virtual time, with visitors who come, go and die.
 
+use crate::Settings;
 use crate::random::Random;
-use crate::testing::{BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, MS, SECOND, arp};
+use crate::testing::{BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, MS, SECOND, arp, time_server};
 use crate::wire::Arp;
-use crate::{Settings, TimeServer};
 
 /// Asks who has the board's address. Returns whether that was answered.
 fn answers(bench: &mut Bench) -> bool {
@@ -18,7 +18,7 @@ fn answers(bench: &mut Bench) -> bool {
 
 /// Lets visitors come and go for so many hours.
 fn pass(hours: u64) {
-    let settings = Settings { time_server: TimeServer::new("10.0.0.1"), ..Bench::settings() };
+    let settings = Settings { time_server: time_server("10.0.0.1"), ..Bench::settings() };
     let mut bench = Bench::new(settings);
     bench.get_address();
     let mut random = Random::new(hours);

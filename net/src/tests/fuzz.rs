@@ -2,13 +2,15 @@
 
 use std::net::Ipv4Addr;
 
+use crate::Settings;
 use crate::random::Random;
-use crate::testing::{BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, Faults, MS, SECOND, arp, datagram, echo, syn};
-use crate::{Settings, TimeServer};
+use crate::testing::{
+    BOARD, BOARD_MAC, Bench, DESK, DESK_MAC, Faults, MS, SECOND, arp, datagram, echo, syn, time_server,
+};
 
 /// Settings with everything.
 fn settings() -> Settings {
-    Settings { time_server: TimeServer::new("10.0.0.1"), ..Bench::settings() }
+    Settings { time_server: time_server("10.0.0.1"), ..Bench::settings() }
 }
 
 /// Frames of all that the board speaks, as they were heard on the wire.
@@ -140,7 +142,7 @@ fn senders_and_addressees_that_cannot_be_do_no_harm() {
 #[test]
 fn a_server_that_gives_nonsense_does_no_harm() {
     for router in ["0.0.0.0", "255.255.255.255", "224.0.0.1", "10.0.0.255", "10.0.0.42", "127.0.0.1"] {
-        let mut bench = Bench::new(Settings { time_server: TimeServer::new("8.8.8.8"), ..Bench::settings() });
+        let mut bench = Bench::new(Settings { time_server: time_server("8.8.8.8"), ..Bench::settings() });
         bench.desk.dhcp.router = router.parse().unwrap();
         bench.get_address();
         bench.run(10 * SECOND);
@@ -239,7 +241,7 @@ fn rounds() -> u64 {
 
 /// Garbles what a board that leaves checksums unchecked hears from its very start.
 fn garble(seed: u64) {
-    let server = TimeServer::new(if seed.is_multiple_of(2) { "10.0.0.1" } else { "pool.ntp.org" });
+    let server = time_server(if seed.is_multiple_of(2) { "10.0.0.1" } else { "pool.ntp.org" });
     let mut bench = Bench::trusting(Settings { time_server: server, ..Bench::settings() });
     bench.wire.reseed(seed);
     bench.wire.faults = Faults { corruption: 60, doubling: 20, ..Faults::default() };

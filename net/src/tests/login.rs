@@ -13,7 +13,7 @@ fn bench() -> Bench {
     let mut bench = Bench::new(Settings { password_required: true, ..Bench::settings() });
     assert!(bench.network.set_password(b"open sesame", [7; 16]));
     bench.get_address();
-    assert!(bench.news.contains(&News::PasswordSet));
+    assert!(!bench.network.is_setting_password() && bench.network.password_record().is_some());
     bench
 }
 

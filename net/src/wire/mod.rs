@@ -2,7 +2,6 @@
 //! what is sent past the stack.
 
 mod arp;
-mod budget;
 mod tap;
 mod watch;
 

@@ -10,7 +10,6 @@ use smoltcp::time::Instant;
 use smoltcp::wire::{EthernetFrame, EthernetProtocol, IpProtocol, Ipv4Packet, TcpPacket};
 
 use super::arp::Arp;
-use super::budget::Budget;
 use super::watch::{Peer, Watch};
 use crate::settings::LINES;
 
@@ -26,8 +25,6 @@ pub struct Counts {
     pub received: u32,
     /// Frames that were sent.
     pub sent: u32,
-    /// Broadcast frames that were dropped unread, as too many came.
-    pub storm: u32,
     /// Requests for a connection that were dropped, as nobody listened at that moment.
     pub held_off: u32,
 }
@@ -42,9 +39,7 @@ pub struct Filter {
 /// State of the way in.
 #[derive(Debug)]
 struct Incoming {
-    budget: Budget,
     received: u32,
-    storm: u32,
     held_off: u32,
     /// ARP frames that the owner of the address has not seen.
     heard: Deque<Arp, ARPS>,
@@ -58,9 +53,7 @@ impl Filter {
     /// Makes a filter that has counted nothing.
     pub const fn new() -> Self {
         let incoming = Incoming {
-            budget: Budget::new(),
             received: 0,
-            storm: 0,
             held_off: 0,
             heard: Deque::new(),
             waiting: [None; PORTS],
@@ -71,8 +64,8 @@ impl Filter {
 
     /// Returns the counts since the start.
     pub const fn counts(&self) -> Counts {
-        let Incoming { received, storm, held_off, .. } = self.incoming;
-        Counts { received, sent: self.sent.get(), storm, held_off }
+        let Incoming { received, held_off, .. } = self.incoming;
+        Counts { received, sent: self.sent.get(), held_off }
     }
 
     /// Takes the next ARP frame that was heard.
@@ -103,10 +96,6 @@ impl Incoming {
     fn lets(&mut self, frame: &[u8], now: Instant) -> bool {
         self.received = self.received.wrapping_add(1);
         let Ok(ethernet) = EthernetFrame::new_checked(frame) else { return false };
-        if ethernet.dst_addr().is_broadcast() && !self.budget.spend(now) {
-            self.storm = self.storm.wrapping_add(1);
-            return false;
-        }
         if ethernet.ethertype() == EthernetProtocol::Arp {
             if let Some(arp) = Arp::read(frame) {
                 let _has_room = self.heard.push_back(arp);

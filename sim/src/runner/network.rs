@@ -59,8 +59,9 @@ impl SimulatedNetwork {
         Ok(())
     }
 
-    pub(super) fn begin_password(&mut self, password: &[u8]) {
-        self.making = Some(([SCHEME, password].concat(), 3));
+    pub(super) fn begin_password(&mut self, password: &[u8]) -> bool {
+        self.making = self.report.as_ref().map(|_| ([SCHEME, password].concat(), 3));
+        self.making.is_some()
     }
 
     pub(super) fn take_record(&mut self) -> Option<PasswordRecord> {

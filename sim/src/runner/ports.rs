@@ -187,8 +187,8 @@ impl Network for HostPorts<'_> {
         self.network().set_record(record)
     }
 
-    fn begin_password(&mut self, password: &[u8]) {
-        self.network().begin_password(password);
+    fn begin_password(&mut self, password: &[u8]) -> bool {
+        self.network().begin_password(password)
     }
 
     fn take_password_record(&mut self) -> Option<PasswordRecord> {

@@ -1,4 +1,4 @@
-//! What hangs at the other end of the board's Ethernet cable: [`peer`] is a computer with servers and clients
+//! Devices at the other end of the board's Ethernet cable: [`peer`] is a computer with servers and clients
 //! behind a line that can be bad, [`forward`] leads ports of this computer through it, [`tap`] is a device of
 //! Linux; [`frames`] makes what no stack would send.
 

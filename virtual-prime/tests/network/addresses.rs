@@ -49,3 +49,18 @@ fn the_clock_is_set_by_the_server_that_is_named_and_not_without() {
         assert!(said.contains(dated), "{lines:?}: {said}");
     }
 }
+
+/// Neighbours are not left to find out that the name answers no more.
+#[test]
+fn a_reset_is_told_to_who_knows_the_name() {
+    const GROUP: [u8; 6] = [0x01, 0x00, 0x5E, 0x00, 0x00, 0xFB];
+    let mut net = Net::with_address(plan(&[]));
+    net.run(6 * SECOND);
+    net.peer.keep_frames();
+    net.run(SECOND / 2);
+    let to_group = |net: &mut Net| net.peer.take_seen().iter().filter(|sent| sent.bytes.starts_with(&GROUP)).count();
+    assert_eq!(to_group(&mut net), 0, "announcements are over");
+    net.ask("reset");
+    net.run(SECOND / 2);
+    assert!(to_group(&mut net) > 0, "no farewell");
+}

@@ -7,10 +7,8 @@
 mod password;
 mod report;
 
-use core::fmt;
-
 use base::failure::{Answer, Outcome};
-use base::ports::{DateTime, Network as _, NetworkNews};
+use base::ports::{DateTime, Network as _, NetworkAddress, NetworkNews};
 use base::sessions::{Recipient, Reply};
 use base::{Ports, World};
 use config::MachineConfig;
@@ -56,28 +54,27 @@ fn join<P: Ports>(world: &mut World<'_, P>) {
 
 /// Tells everybody of a change, or sets the clock.
 fn tell_news<P: Ports>(world: &mut World<'_, P>, news: &NetworkNews) {
-    let name = world.ports.network_report().map(|report| report.name).unwrap_or_default();
     match news {
-        NetworkNews::Address(address) => {
-            let (dotted, origin) = (Dotted(address.address), address.origin.words());
+        NetworkNews::Address(NetworkAddress { address, origin, .. }) => {
+            let name = world.ports.network_report().map(|report| report.name).unwrap_or_default();
+            let origin = origin.words();
             if name.is_empty() {
-                world.announce(format_args!("// network: {dotted} ({origin})\n"));
+                world.announce(format_args!("// network: {address} ({origin})\n"));
             } else {
-                world.announce(format_args!("// network: {dotted} ({origin}), {name}.local\n"));
+                world.announce(format_args!("// network: {address} ({origin}), {name}.local\n"));
             }
         }
         NetworkNews::NoAddress => world.announce(format_args!("// network: no address any more\n")),
         NetworkNews::AddressTaken(address) => {
-            let dotted = Dotted(*address);
             world.announce(format_args!(
-                "WARNING: another machine has the address {dotted}: change [network] ip_address, or switch that machine off\n"
+                "WARNING: another machine has the address {address}: change [network] ip_address, or switch that machine off\n"
             ));
         }
         NetworkNews::Renamed(name) => {
             world.announce(format_args!("// network: another machine has the name; this one is {name}.local now\n"));
         }
         NetworkNews::WrongPassword(from) => {
-            world.announce(format_args!("// network: a wrong password came from {}\n", Dotted(*from)));
+            world.announce(format_args!("// network: a wrong password came from {from}\n"));
         }
         NetworkNews::Fault(why) => world.announce(format_args!("ERROR: the network does not work: {why}\n")),
         NetworkNews::Time(seconds) => {
@@ -95,14 +92,4 @@ pub(crate) fn tell<P: Ports>(world: &mut World<'_, P>, to: Recipient) -> Outcome
     let World { ports, sessions, config, .. } = world;
     report::tell(ports.network_report(), is_wanted(config), &mut Reply::new(sessions, to));
     Ok(Answer::Ok)
-}
-
-/// An IPv4 address in print.
-struct Dotted([u8; 4]);
-
-impl fmt::Display for Dotted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [a, b, c, d] = self.0;
-        write!(f, "{a}.{b}.{c}.{d}")
-    }
 }

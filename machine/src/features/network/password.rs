@@ -74,10 +74,9 @@ pub(crate) fn set<'c>(hands: &mut impl Hands<'c>, word: &str) -> Outcome {
     if !LENGTHS.contains(&word.len()) || word.bytes().any(|byte| !(0x20..0x7F).contains(&byte)) {
         return Err(Failure::refused(&"a password has 8 to 63 letters, digits and signs"));
     }
-    if hands.storage().network_report().is_none() {
+    if !hands.storage().begin_password(word.as_bytes()) {
         return Err(Failure::refused(&"there is no network: [network] enable"));
     }
-    hands.storage().begin_password(word.as_bytes());
     let record = loop {
         if let Some(record) = hands.storage().take_password_record() {
             break record;

@@ -1,9 +1,9 @@
 //! The answer to `net`: Smoothieware's four lines, then what it does not say.
 
+use core::net::Ipv4Addr;
+
 use base::ports::{NetworkAddress, NetworkReport, NetworkTraffic};
 use base::sessions::Reply;
-
-use super::Dotted;
 
 /// Says the state of the network; `is_wanted`: the configuration asks for it.
 pub(super) fn tell(report: Option<NetworkReport>, is_wanted: bool, reply: &mut Reply<'_>) {
@@ -42,14 +42,14 @@ pub(super) fn tell(report: Option<NetworkReport>, is_wanted: bool, reply: &mut R
 }
 
 fn tell_address(address: &NetworkAddress, reply: &mut Reply<'_>) {
-    let mask = u32::MAX.checked_shl(32 - u32::from(address.mask_bits)).unwrap_or(0).to_be_bytes();
-    reply.say(format_args!("IP Address: {} ({})\n", Dotted(address.address), address.origin.words()));
-    reply.say(format_args!("Subnet Mask: {}\n", Dotted(mask)));
+    let mask = Ipv4Addr::from(u32::MAX.checked_shl(32 - u32::from(address.mask_bits)).unwrap_or(0));
+    reply.say(format_args!("IP Address: {} ({})\n", address.address, address.origin.words()));
+    reply.say(format_args!("Subnet Mask: {}\n", mask));
     if let Some(gateway) = address.gateway {
-        reply.say(format_args!("Gateway Address: {}\n", Dotted(gateway)));
+        reply.say(format_args!("Gateway Address: {}\n", gateway));
     }
     if let Some(dns) = address.dns {
-        reply.say(format_args!("DNS Server Address: {}\n", Dotted(dns)));
+        reply.say(format_args!("DNS Server Address: {}\n", dns));
     }
 }
 

@@ -1,5 +1,7 @@
 //! The network as consoles see it: its news, its state, its password, who may do what over it.
 
+use std::net::Ipv4Addr;
+
 use base::ports::{AddressOrigin, NetworkAddress, NetworkLink, NetworkNews};
 use base::sessions::{ConsoleKind, Rights, SessionId, SessionProfile};
 use scenarios::{Bench, CARTESIAN, Plan};
@@ -9,10 +11,10 @@ const NETWORK: &str = "\n[network]\nenable = true\nshell_enable = true\nhostname
 const FAR: SessionId = SessionId(2);
 
 const ADDRESS: NetworkAddress = NetworkAddress {
-    address: [192, 168, 7, 45],
+    address: Ipv4Addr::new(192, 168, 7, 45),
     mask_bits: 20,
-    gateway: Some([192, 168, 0, 1]),
-    dns: Some([9, 9, 9, 9]),
+    gateway: Some(Ipv4Addr::new(192, 168, 0, 1)),
+    dns: Some(Ipv4Addr::new(9, 9, 9, 9)),
     origin: AddressOrigin::Dhcp,
 };
 
@@ -63,7 +65,7 @@ fn an_address_is_told_on_every_console_and_asked_for_by_net() {
     assert!(said.contains("DNS Server Address: 9.9.9.9\n") && said.contains("Damaged frames: 3"), "{said}");
     for (news, words) in [
         (NetworkNews::NoAddress, "no address any more"),
-        (NetworkNews::AddressTaken([10, 0, 0, 5]), "another machine has the address 10.0.0.5"),
+        (NetworkNews::AddressTaken(Ipv4Addr::new(10, 0, 0, 5)), "another machine has the address 10.0.0.5"),
         (NetworkNews::Renamed("lab-printer-2".try_into().expect("short")), "this one is lab-printer-2.local now"),
     ] {
         bench.network(|network| network.news.push_back(news));

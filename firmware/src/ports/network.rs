@@ -22,8 +22,8 @@ impl<L: Locks> Network for BoardPorts<L> {
         self.owned.network.set_record(record)
     }
 
-    fn begin_password(&mut self, password: &[u8]) {
-        self.owned.network.begin_password(password);
+    fn begin_password(&mut self, password: &[u8]) -> bool {
+        self.owned.network.begin_password(password)
     }
 
     fn take_password_record(&mut self) -> Option<PasswordRecord> {
