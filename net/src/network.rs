@@ -281,8 +281,8 @@ impl Network {
         self.gate.is_setting()
     }
 
-    /// Begins to make a word the password, see [`Self::is_setting_password`]. `salt` must not be told by anything
-    /// that was before. False if the word is empty or longer than 64 bytes.
+    /// Begins to make a word the password, see [`Self::is_setting_password`]. `salt` must not be told by
+    /// anything that was before. False if the word is empty or longer than 64 bytes.
     pub fn set_password(&mut self, word: &[u8], salt: [u8; SALT_BYTES]) -> bool {
         self.gate.set(word, salt)
     }

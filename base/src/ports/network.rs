@@ -157,7 +157,8 @@ pub trait Network {
         Ok(())
     }
 
-    /// Begins to make the record of a new password, which takes a second. False: it cannot be a password here.
+    /// Begins to make the record of a new password, which takes a second. False: there is no network, or the
+    /// word cannot be a password.
     fn begin_password(&mut self, _password: &[u8]) -> bool {
         false
     }

@@ -1,11 +1,11 @@
 //! Ethernet: the controller (MAC, queues, DMA) in RMII mode with the PHY behind it, as a device for
 //! `smoltcp`.
 //!
-//! A single owner polls the controller; nothing here waits. [`Ethernet::supervise`] moves the reset and the management frames
-//! on, watches the link, and starts and stops the MAC with it. Frames are lent to the stack in the buffers
-//! that the DMA has written or will read. The interrupt ([`on_interrupt`]) masks itself: it comes once, and
-//! again only after the owner has found no more frames, so a flood costs no more interrupts than it has
-//! turns.
+//! A single owner polls the controller; nothing here waits. [`Ethernet::supervise`] moves the reset and the
+//! management frames on, watches the link, and starts and stops the MAC with it. Frames are lent to the
+//! stack in the buffers that the DMA has written or will read. The interrupt ([`on_interrupt`]) masks
+//! itself: it comes once, and again only after the owner has found no more frames, so a flood costs no more
+//! interrupts than it has turns.
 //!
 //! The HAL's driver is one of an older `smoltcp`, hangs without the PHY's clock, receives no multicast and
 //! knows one speed.

@@ -41,8 +41,8 @@ pub enum Address {
 }
 
 impl Address {
-    /// Reads `auto`, an empty text or four numbers with dots between. The library's reader takes ten times the
-    /// code, as it knows IPv6 too.
+    /// Reads `auto`, an empty text or four numbers with dots between. The library's reader takes ten times
+    /// the code, as it knows IPv6 too.
     #[must_use]
     pub fn read(text: &str) -> Self {
         if text.is_empty() || text.eq_ignore_ascii_case("auto") {
