@@ -311,13 +311,12 @@ impl Device for Ethernet {
         if !self.has_room() {
             return None;
         }
-        if !self.receive.has_frame() {
+        let (budget, now_ms) = (&mut self.budget, now.total_millis());
+        let Some(length) = self.receive.next_length(|| !budget.take(now_ms)) else {
             self.listen_again();
             return None;
-        }
-        let (budget, now_ms) = (&mut self.budget, now.total_millis());
-        let received = self.receive.take(|| !budget.take(now_ms))?;
-        Some((received, self.send.room()?))
+        };
+        Some((self.receive.take(length), self.send.room()?))
     }
 
     fn transmit(&mut self, _: Instant) -> Option<Outgoing<'_>> {

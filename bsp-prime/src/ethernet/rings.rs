@@ -175,7 +175,7 @@ impl ReceiveRing {
     }
 
     /// Length of the next good frame; those that are not are dropped.
-    fn next_length(&mut self) -> Option<usize> {
+    fn next_good_length(&mut self) -> Option<usize> {
         for _ in 0..RECEIVE {
             let control = self.control();
             if control & OWN != 0 {
@@ -204,16 +204,22 @@ impl ReceiveRing {
         unsafe { Self::buffer(self.next).read() & 1 != 0 }
     }
 
-    /// The next good frame, unless `drops` says of one that is for a group that it is one too many.
-    pub(super) fn take(&mut self, mut drops: impl FnMut() -> bool) -> Option<Received<'_>> {
+    /// Drops frames that are damaged, and those for groups of which `drops` says that they are too many.
+    /// Returns the length of the next frame that is neither.
+    pub(super) fn next_length(&mut self, mut drops: impl FnMut() -> bool) -> Option<usize> {
         for _ in 0..RECEIVE {
-            let length = self.next_length()?;
+            let length = self.next_good_length()?;
             if !(self.is_for_group() && drops()) {
-                return Some(Received { ring: self, length });
+                return Some(length);
             }
             self.release();
         }
         None
+    }
+
+    /// Takes the next frame, of the length that [`Self::next_length`] has returned.
+    pub(super) fn take(&mut self, length: usize) -> Received<'_> {
+        Received { ring: self, length }
     }
 
     /// Gives the next descriptor back.

@@ -3,6 +3,7 @@
 mod addresses;
 mod consoles;
 mod motion;
+mod storms;
 
 use virtual_prime::net_desk::peer::{Connection, Peer};
 
