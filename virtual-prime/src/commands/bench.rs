@@ -7,6 +7,7 @@ use clap::Args;
 use virtual_prime::instruments::{Call, Probe, Recorded};
 
 use super::job::{Finished, JobOptions, Study, play};
+use super::network_load::Load;
 
 /// Lead of the step feed: calls that belong to a motion begin so long before its first step.
 const AHEAD_NS: u64 = 2_000_000;
@@ -35,6 +36,9 @@ pub struct Options {
     /// Have a computer at the USB socket say and hear all it can while the machine moves.
     #[arg(long)]
     usb_flood: bool,
+    /// Plug in a network, and have this traffic on it while the machine moves.
+    #[arg(long)]
+    network: Option<Load>,
     /// Type `!` after this many steps, and `~` later.
     #[arg(long)]
     hold_after: Option<u64>,
@@ -60,8 +64,14 @@ pub fn run(options: &Options) -> Result<(), String> {
         ..Probe::default()
     };
     let hold_delay_ns = options.hold_delay_us * 1_000;
-    let (flood, usb_flood) = (options.flood, options.usb_flood);
-    let study = Study { probe, flood, usb_flood, hold_after: options.hold_after, hold_delay_ns };
+    let study = Study {
+        probe,
+        flood: options.flood,
+        usb_flood: options.usb_flood,
+        network: options.network,
+        hold_after: options.hold_after,
+        hold_delay_ns,
+    };
     let finished = play(&options.job, &study, out)?;
     if options.out.is_none() {
         // Left-over files in the system's temporary directory harm nobody.

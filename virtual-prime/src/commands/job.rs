@@ -16,6 +16,7 @@ use virtual_prime::vm::{Span, Vm};
 use super::computer::Computer;
 use super::log::{Log, texts};
 use super::machine::BoardOptions;
+use super::network_load::{Load, NetworkLoad};
 
 const MS: u64 = 1_000_000;
 /// Interval at which the console is served; a coarser grid would delay answers, a finer grid the run.
@@ -62,6 +63,8 @@ pub struct Study {
     pub flood: bool,
     /// Whether a computer at the USB socket says and hears all it can meanwhile.
     pub usb_flood: bool,
+    /// Traffic on the network meanwhile; without it the cable is out.
+    pub network: Option<Load>,
     /// Number of steps after which the operator types `!` once, and `~` [`HELD_NS`] later.
     pub hold_after: Option<u64>,
     /// Delay of the `!` after that: the board is looked at only every [`SLICE_NS`], a whole number of periods
@@ -101,6 +104,7 @@ struct Running {
     held_ns: Option<u64>,
     resumed: bool,
     computer: Computer,
+    network: Option<NetworkLoad>,
 }
 
 /// Runs a job, measures what the study asks for, and writes its files to `out`.
@@ -110,7 +114,7 @@ struct Running {
 pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished, String> {
     let gcode = fs::read(&options.gcode).map_err(|error| format!("{}: {error}", options.gcode.display()))?;
     let lines = gcode.iter().filter(|&&byte| byte == b'\n').count() as u64;
-    let mut running = start(options, &study.probe, out, gcode)?;
+    let mut running = start(options, study, out, gcode)?;
     let fail = |error: io::Error| format!("{}: {error}", out.display());
     // Log frames of another image need not be in our format.
     let table =
@@ -125,6 +129,7 @@ pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished,
         if study.usb_flood {
             running.use_usb()?;
         }
+        running.use_network();
         frames.take(&std::mem::take(&mut running.records.lock().rtt), &mut log);
         meter.show(running.vm.now_ns(), &running.session);
         let seconds = running.vm.now_ns() as f64 * 1e-9;
@@ -141,13 +146,15 @@ pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished,
     running.finish(lines, ended).map_err(fail)
 }
 
-fn start(options: &JobOptions, probe: &Probe, out: &Path, gcode: Vec<u8>) -> Result<Running, String> {
+fn start(options: &JobOptions, study: &Study, out: &Path, gcode: Vec<u8>) -> Result<Running, String> {
     let board = options.board.build(vec![(JOB.to_owned(), gcode)])?;
     let (console, world) = (board.console(0).clone(), board.world().clone());
     let recorder = Recorder::create(out, &world.lock()).map_err(|error| error.to_string())?;
-    let (instruments, records) = Instruments::new(&options.board.elf, probe)?;
-    let vm = Vm::start(board, &options.board.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
+    let (instruments, records) = Instruments::new(&options.board.elf, &study.probe)?;
+    let mut vm =
+        Vm::start(board, &options.board.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let session = Session::new(JOB, options.opening());
+    let network = study.network.map(|load| NetworkLoad::plug(load, &mut vm));
     Ok(Running {
         vm,
         console,
@@ -159,6 +166,7 @@ fn start(options: &JobOptions, probe: &Probe, out: &Path, gcode: Vec<u8>) -> Res
         held_ns: None,
         resumed: false,
         computer: Computer::default(),
+        network,
     })
 }
 
@@ -168,9 +176,12 @@ impl Running {
         let span = self.vm.run_for(SLICE_NS);
         let said = self.console.receive();
         self.recorder.console(&said)?;
-        self.session.hear(self.vm.now_ns(), &said);
-        if let Some(words) = self.session.say(self.vm.now_ns()) {
-            self.console.send(words.as_bytes());
+        // The operator comes when the board has its address.
+        if self.network.as_ref().is_none_or(NetworkLoad::knows_the_board) {
+            self.session.hear(self.vm.now_ns(), &said);
+            if let Some(words) = self.session.say(self.vm.now_ns()) {
+                self.console.send(words.as_bytes());
+            }
         }
         let load = meter.load(self.vm.now_ns(), self.vm.instructions());
         let mut world = self.world.lock();
@@ -213,6 +224,14 @@ impl Running {
             self.computer.plug(&mut self.vm).map_err(|error| format!("the USB host: {error}"))?;
         }
         Ok(())
+    }
+
+    /// Lets the computer at the cable have its turn: the traffic begins once the machine moves.
+    fn use_network(&mut self) {
+        let moves = self.world.lock().trace().total() > 0;
+        if let Some(network) = &mut self.network {
+            network.serve(&mut self.vm, moves);
+        }
     }
 
     fn finish(mut self, lines: u64, ended: Option<String>) -> io::Result<Finished> {

@@ -7,6 +7,7 @@ pub mod job;
 pub mod log;
 pub mod machine;
 pub mod net;
+mod network_load;
 pub mod onlooker;
 pub mod run;
 pub mod serial;

@@ -25,8 +25,11 @@ pub const STEP: [&str; 4] = ["TIM2", "play_carefully", "catch_up", LATE];
 pub const WATCH: &str = "LPTIM1";
 pub const PLANNER: &str = "LPTIM2";
 const SOFTWARE: [&str; 3] = [WATCH, PLANNER, "LPTIM3"];
+/// The network's interrupt, and the executor's work for the network.
+pub const ETHERNET: &str = "ETH";
+pub const NETWORK: &str = "serve_network";
 /// Interrupts besides the step interrupt.
-const OTHERS: [&str; 2] = ["SDMMC1", USB];
+const OTHERS: [&str; 3] = ["SDMMC1", USB, ETHERNET];
 
 /// Where the step queue lies in the image, and when to look at it: at each run of the feed. The offset is
 /// that of `queue` in the step interrupt's static (`bsp-prime/src/step_engine.rs`): four words, ten of
@@ -59,6 +62,12 @@ impl Job {
     /// A computer at the USB socket says and hears all it can.
     pub fn with_computer(mut self) -> Self {
         self.words.push("--usb-flood".to_owned());
+        self
+    }
+
+    /// The cable is in, with this traffic while the machine moves.
+    pub fn with_network(mut self, traffic: &str) -> Self {
+        self.words.extend(["--network", traffic].map(str::to_owned));
         self
     }
 
@@ -140,7 +149,7 @@ impl<'a> Bench<'a> {
         fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
         eprintln!("measuring {name}");
         let functions: Vec<&str> =
-            STEP.into_iter().chain([FEED, HEAT, GUARD, BYTES]).chain(SOFTWARE).chain(OTHERS).collect();
+            STEP.into_iter().chain([FEED, HEAT, GUARD, BYTES, NETWORK]).chain(SOFTWARE).chain(OTHERS).collect();
         let output = Command::new(self.virtual_prime)
             .arg("bench")
             .arg("--elf")

@@ -11,7 +11,7 @@ use super::history::{self, State};
 
 const FILE: &str = "docs/images/performance.svg";
 /// Figures that are drawn, with their units.
-const FIGURES: [(&str, &str); 15] = [
+const FIGURES: [(&str, &str); 16] = [
     ("flash_bytes", "bytes"),
     ("ram_bytes", "bytes"),
     ("dtcm_bytes", "bytes"),
@@ -27,6 +27,7 @@ const FIGURES: [(&str, &str); 15] = [
     ("hold_latency_us", "us"),
     ("hold_latency_shaped_us", "us"),
     ("usb_percent", "% of the processor"),
+    ("network_flood_percent", "% of the processor"),
 ];
 /// A cell and the curve in it, pixels.
 const CELL: (f64, f64) = (320.0, 124.0);

@@ -104,6 +104,11 @@ impl Machines {
         self.printer.clone() + "\n[consoles]\nsecond_usb_serial_enable = true\n"
     }
 
+    /// The printer, with a console on the network.
+    pub fn with_network(&self) -> String {
+        self.printer.clone() + "\n[network]\nenable = true\nshell_enable = true\npassword_required = false\n"
+    }
+
     /// The printer, with filters.
     pub fn shaped_printer(&self) -> String {
         self.printer.replace(ADVANCE.0, ADVANCE.1) + SHAPERS

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use super::board::{BYTES, Bench, FEED, GUARD, HEAT, Job, LATE, Measured, PLANNER, Results, USB, WATCH};
+use super::board::{
+    BYTES, Bench, ETHERNET, FEED, GUARD, HEAT, Job, LATE, Measured, NETWORK, PLANNER, Results, USB, WATCH,
+};
 use super::figures::Ledger;
 use super::hold;
 use super::jobs;
@@ -29,6 +31,8 @@ const ARCS: &str = "_arcs";
 const GRBL: &str = "_grbl";
 /// Ending of the names of jobs that preflight reads first.
 const AHEAD: &str = "_ahead";
+/// Traffic on the network, in the board's words and as the ledger's rows call it.
+const TRAFFIC: [&str; 2] = ["quiet", "flood"];
 /// The kinds that are measured on an uneven bed.
 const LEVELLED: [&str; 2] = ["cartesian", "linear_delta"];
 /// A job of so many lines, or turns.
@@ -61,6 +65,7 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     ledger.insert("feed_run_max_instructions".into(), printer.calls(FEED, "max")?);
     watch(results.of("watched")?, &mut ledger)?;
     usb(results.of("computer")?, &mut ledger)?;
+    network(&results, &mut ledger)?;
     for (key, latency_us) in hold::latencies_us(bench, &machines)? {
         ledger.insert(key.into(), round(latency_us));
     }
@@ -85,6 +90,7 @@ pub fn held(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
         list.push(Job::new(format!("turn-{which}"), printer, jobs::turns(count)));
     }
     list.extend(dialect_jobs(&machines));
+    list.extend(network_jobs(&machines));
     let results = bench.run(list)?;
     let mut ledger = Ledger::new();
     for with in ["", SMOOTH] {
@@ -93,6 +99,7 @@ pub fn held(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     dialects(&results, &mut ledger)?;
     ledger.insert("turn_instructions".into(), round(cost(&results, "turn", "")?));
     usb(results.of("computer")?, &mut ledger)?;
+    network(&results, &mut ledger)?;
     let loaded = results.of("loaded")?;
     ensure!(keeps_up(loaded, HELD_RATE)?, "steps are late at {HELD_RATE} steps/s of the fastest motor");
     ledger.insert("masked_window_max_instructions".into(), masked(loaded)?);
@@ -123,6 +130,7 @@ fn list(machines: &Machines) -> Vec<Job> {
     list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
     list.extend(dialect_jobs(machines));
+    list.extend(network_jobs(machines));
     for (name, job) in LANGUAGE {
         list.push(Job::new(format!("{name}-few"), printer, job(jobs::FEW)));
         list.push(Job::new(format!("{name}-many"), printer, job(jobs::MANY)));
@@ -279,6 +287,31 @@ fn usb(run: &Measured, ledger: &mut Ledger) -> Result<()> {
     }
     let share = run.moving(USB)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
     ledger.insert("usb_percent".into(), (share * 10_000.0).round() / 100.0);
+    Ok(())
+}
+
+fn network_jobs(machines: &Machines) -> Vec<Job> {
+    let job = |traffic| {
+        Job::new(format!("network-{traffic}"), &machines.with_network(), jobs::watched()).with_network(traffic)
+    };
+    TRAFFIC.into_iter().map(job).collect()
+}
+
+/// The network's share of the processor while three motors run: its interrupt, and the executor's work for it
+/// with consoles' bytes, but without what the visitors' lines do.
+fn network(results: &Results, ledger: &mut Ledger) -> Result<()> {
+    for traffic in TRAFFIC {
+        let run = results.of(&format!("network-{traffic}"))?;
+        let late = run.number(&["functions", LATE, "calls"])?;
+        ensure!(late == 0.0, "{late} steps were late with a network: {traffic}");
+        let instructions = run.moving(ETHERNET)? + run.moving(NETWORK)?;
+        ensure!(instructions > 0.0, "the network was never looked at");
+        let share = instructions / run.seconds_moving()? / INSTRUCTIONS_PER_S;
+        ledger.insert(format!("network_{traffic}_percent"), (share * 10_000.0).round() / 100.0);
+        if traffic == "flood" {
+            ledger.insert("network_turn_max_instructions".into(), run.calls(NETWORK, "max")?);
+        }
+    }
     Ok(())
 }
 

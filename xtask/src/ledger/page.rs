@@ -16,7 +16,7 @@ const END: &str = "<!-- end of figures -->\n";
 /// Subject of a row, the keys of its figures, and their unit.
 type Row = (&'static str, &'static [&'static str], &'static str);
 
-const ROWS: [Row; 19] = [
+const ROWS: [Row; 21] = [
     (
         "step interrupt per step: 1, 3, 4, 6 motors",
         &["emit_per_step_1", "emit_per_step_3", "emit_per_step_4", "emit_per_step_6"],
@@ -60,6 +60,12 @@ const ROWS: [Row; 19] = [
         "instructions",
     ),
     ("all of USB meanwhile", &["usb_percent"], "% of the processor"),
+    (
+        "the network, quiet; with a cable full of pings and questions",
+        &["network_quiet_percent", "network_flood_percent"],
+        "% of the processor",
+    ),
+    ("longest turn of the network", &["network_turn_max_instructions"], "instructions"),
     ("step error, max; rms", &["step_error_max_ns", "step_error_rms_ns"], "ns"),
     ("hold; hold, shaped", &["hold_latency_us", "hold_latency_shaped_us"], "us"),
     ("start; reading a configuration of 300 lines", &["start_ms", "config_load_ms"], "ms"),
