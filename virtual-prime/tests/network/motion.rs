@@ -2,6 +2,7 @@
 
 use virtual_prime::net_desk::frames;
 use virtual_prime::net_desk::impairment::Impairment;
+use virtual_prime::net_desk::peer::Connection;
 
 use super::{Net, plan};
 use crate::common::velvet::SECOND;
@@ -26,16 +27,20 @@ G1 X60 Y60 E6 F3000
 /// other.
 const TOLERANCE_NS: u64 = 250;
 
-/// Plays the job while `disturb` is called each millisecond. Returns its motions.
-fn played(mut disturb: impl FnMut(&mut Net, u64)) -> Vec<Motion> {
-    let mut net = Net::with_address(plan(&[CONSOLE]).file("job.g", JOB));
+/// Time in which a job must be done, ms: the one above, and a print of some minutes.
+const PATIENCE_MS: u64 = 60 * SECOND;
+const PATIENCE_OF_A_PRINT_MS: u64 = 1_800 * SECOND;
+
+/// Plays a job while `disturb` is called each millisecond. Returns its motions.
+fn played(job: &str, patience_ms: u64, mut disturb: impl FnMut(&mut Net, u64)) -> Vec<Motion> {
+    let mut net = Net::with_address(plan(&[CONSOLE]).file("job.g", job));
     net.ask("M23 job.g");
     let before = net.velvet.said().len();
     net.velvet.type_in("M24");
     let began = net.velvet.now_ms();
     while !net.velvet.said()[before..].contains("Done printing file") {
         let now = net.velvet.now_ms() - began;
-        assert!(now < 60 * SECOND, "the job is not done: {}", &net.velvet.said()[before..]);
+        assert!(now < patience_ms, "the job is not done: {}", &net.velvet.said()[before..]);
         disturb(&mut net, now);
         net.run(1);
     }
@@ -56,37 +61,78 @@ fn assert_same(quiet: &[Motion], busy: &[Motion]) {
     }
 }
 
-#[test]
-fn floods_storms_and_a_bad_cable_leave_every_step_where_it_is() {
-    let quiet = played(|_, _| {});
-    assert!(quiet.iter().map(Vec::len).sum::<usize>() > 5_000, "a job that moves");
-    let flooded = played(|net, now| {
-        let (own, board) = (net.peer.own_end(), net.peer.board_end().expect("a board that has sent"));
-        let length = now as usize * 37 % 1_400;
-        for number in 0..3 {
-            net.peer.put(&frames::ping(own, board, 1, number, &vec![0x55; length]));
-        }
-        // A storm of questions to everybody.
-        for _ in 0..3 {
-            net.peer.put(&frames::arp(own, frames::End { hardware: [0xFF; 6], address: own.address }, false));
-        }
-    });
-    assert_same(&quiet, &flooded);
-    let mut visitor = None;
-    let bad = played(|net, now| {
+/// Asserts that two runs made the same steps. Returns the greatest distance of an edge from its place, ns,
+/// and the number of edges that are not exactly there.
+#[track_caller]
+fn assert_same_steps(quiet: &[Motion], busy: &[Motion]) -> (u64, usize) {
+    assert_same(quiet, busy);
+    let pairs = quiet.iter().flatten().zip(busy.iter().flatten());
+    let away: Vec<u64> = pairs.map(|(one, other)| one.0.abs_diff(other.0)).filter(|&distance| distance > 0).collect();
+    (away.iter().copied().max().unwrap_or(0), away.len())
+}
+
+/// Pings of every length, and a storm of questions to everybody.
+fn flood(net: &mut Net, now: u64) {
+    let (own, board) = (net.peer.own_end(), net.peer.board_end().expect("a board that has sent"));
+    let length = now as usize * 37 % 1_400;
+    for number in 0..3 {
+        net.peer.put(&frames::ping(own, board, 1, number, &vec![0x55; length]));
+    }
+    for _ in 0..3 {
+        net.peer.put(&frames::arp(own, frames::End { hardware: [0xFF; 6], address: own.address }, false));
+    }
+}
+
+/// A line that loses and doubles, a visitor who asks all the time, and a cable that is out for 50 ms of each
+/// second.
+#[derive(Default)]
+struct BadLine {
+    visitor: Option<Connection>,
+}
+
+impl BadLine {
+    fn disturb(&mut self, net: &mut Net, now: u64) {
         let impairment =
             Impairment { doubling: 50, reordering: 50, overtaken_ns: 3_000_000, ..Impairment::losing(200) };
         net.peer.impair(&impairment);
         match now % 1_000 {
-            10 => visitor = net.peer.connect(23),
+            10 => self.visitor = net.peer.connect(23),
             900 => net.peer.unplug(&mut net.velvet.bench.vm),
             950 => net.peer.plug(&mut net.velvet.bench.vm),
             _ => {}
         }
-        if let Some(visitor) = visitor {
+        if let Some(visitor) = self.visitor {
             let _sent = net.peer.send(visitor, b"M105\n?");
             net.peer.receive(visitor);
         }
-    });
-    assert_same(&quiet, &bad);
+    }
+}
+
+#[test]
+fn floods_storms_and_a_bad_cable_leave_every_step_where_it_is() {
+    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(JOB, PATIENCE_MS, disturb);
+    let quiet = played(&mut |_, _| {});
+    assert!(quiet.iter().map(Vec::len).sum::<usize>() > 5_000, "a job that moves");
+    assert_same(&quiet, &played(&mut flood));
+    let mut bad = BadLine::default();
+    assert_same(&quiet, &played(&mut |net, now| bad.disturb(net, now)));
+}
+
+/// A print of some minutes, `demo/part.gcode` or the file that VELVET_GCODE names, three times.
+#[test]
+#[ignore = "three times the length of a print: make net"]
+fn a_whole_print_is_stepped_alike() {
+    let file = std::env::var("VELVET_GCODE")
+        .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../demo/part.gcode").into());
+    let job = std::fs::read_to_string(&file).unwrap_or_else(|error| panic!("{file}: {error}"));
+    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(&job, PATIENCE_OF_A_PRINT_MS, disturb);
+    let quiet = played(&mut |_, _| {});
+    println!("{} edges", quiet.iter().map(Vec::len).sum::<usize>());
+    let mut bad = BadLine::default();
+    let mut worse = |net: &mut Net, now: u64| bad.disturb(net, now);
+    let kinds: [(&str, &mut dyn FnMut(&mut Net, u64)); 2] = [("flood", &mut flood), ("bad line", &mut worse)];
+    for (name, disturb) in kinds {
+        let (worst, count) = assert_same_steps(&quiet, &played(disturb));
+        println!("{name}: the same edges; {count} not at the same nanosecond, the farthest {worst} ns away");
+    }
 }
