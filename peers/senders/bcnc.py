@@ -9,7 +9,7 @@ import urllib.parse
 import urllib.request
 
 import mill
-from board import Failed, main
+from board import GRBL, Failed, main
 
 INI = """[bCNC]
 lastcheck = {today}
@@ -109,7 +109,9 @@ class Bcnc:
 
 
 def run(name, out, program):
-    return mill.run(name, out, lambda board: Bcnc(board.talk(), out, program))
+    """By its name at the debug console, or at the port for GRBL's senders in the board's network."""
+    network = name.endswith("net")
+    return mill.run(name, out, lambda board: Bcnc(board.network(GRBL) if network else board.talk(), out, program), network)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,20 @@ class Failed(Exception):
     """A step that did not do what it should."""
 
 
+# Consoles over the network as senders want them, and what leads to them without any rights.
+NETWORK = "\n[network]\nenable = true\nshell_enable = true\ngrbl_enable = true\npassword_required = false\n"
+TELNET, GRBL = 23, 2323
+NETWORK_ARGUMENTS = ["--net", "--telnet-port", str(TELNET), "--telnet-port", str(GRBL)]
+
+
+def with_network(config, out, name, section=NETWORK):
+    """A copy of this configuration with a network, as a file."""
+    path = os.path.join(out, f"{name}.ini")
+    with open(config) as plain, open(path, "w") as copy:
+        copy.write(plain.read() + section)
+    return path
+
+
 class Board:
     """An image on the virtual board, from power-on: ours, unless another one is named."""
 
@@ -37,6 +51,8 @@ class Board:
         self.port = self._port(r"debug \(USART2\) on tcp .*:(\d+)")
         state_port = self._port(r"the machine's state on tcp .*:(\d+)")
         self.usb_ports = tuple(self._port(rf"USB by {name} on tcp .*?:(\d+)") for name in ("usbredir", "usbip")) if "--usb" in arguments else None
+        # Ports of this computer by those of the board that they lead to, in the order of the arguments.
+        self.net_ports = {int(to): self._port(rf"the board's port {to}: telnet \S+ (\d+)") for option, to in zip(arguments, arguments[1:]) if option == "--telnet-port"}
         threading.Thread(target=self._keep_log, daemon=True).start()
         self.state_socket = socket.create_connection(("127.0.0.1", state_port))
         self.state_lines = self.state_socket.makefile("r")
@@ -113,13 +129,19 @@ class Board:
 
     def talk(self):
         """A wire that keeps what passes in the log, for senders on TCP."""
-        wire = Wire(self, pseudo_terminal=False)
+        wire = Wire(self, self.port, pseudo_terminal=False)
         self.wires.append(wire)
         return wire
 
     def terminal(self):
         """A pseudo-terminal, for senders that want a serial port."""
-        wire = Wire(self, pseudo_terminal=True)
+        wire = Wire(self, self.port, pseudo_terminal=True)
+        self.wires.append(wire)
+        return wire
+
+    def network(self, port):
+        """The same as `talk`, to a port of the board in its own network."""
+        wire = Wire(self, self.net_ports[port], pseudo_terminal=False)
         self.wires.append(wire)
         return wire
 
@@ -137,10 +159,10 @@ class Board:
 
 
 class Wire:
-    """Between a sender and the debug console, with a log of every line both ways."""
+    """Between a sender and a console's port on this computer, with a log of every line both ways."""
 
-    def __init__(self, board, pseudo_terminal):
-        self.board, self.open = board, True
+    def __init__(self, board, board_port, pseudo_terminal):
+        self.board, self.board_port, self.open = board, board_port, True
         self.listener = None
         if pseudo_terminal:
             self.end, self.slave = pty.openpty()
@@ -163,7 +185,7 @@ class Wire:
                     read, write, number = (lambda: client.recv(4096)), client.sendall, client.fileno()
                 else:
                     read, write, number = (lambda: os.read(self.end, 4096)), (lambda data: os.write(self.end, data)), self.end
-                board = socket.create_connection(("127.0.0.1", self.board.port))
+                board = socket.create_connection(("127.0.0.1", self.board_port))
                 board.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self._pass(read, write, number, board)
                 board.close()

@@ -2,12 +2,15 @@
 
 import os
 
-from board import Board, Failed, ROOT, Steps, between, zigzag
+from board import NETWORK_ARGUMENTS, Board, Failed, ROOT, Steps, between, with_network, zigzag
+
+CONFIG = os.path.join(ROOT, "peers/senders/mill.ini")
 
 
-def run(name, out, sender_on):
+def run(name, out, sender_on, network=False):
     """The sender that `sender_on` starts on a board is asked everything; a row for each step."""
-    steps, board = Steps(name), Board(os.path.join(ROOT, "peers/senders/mill.ini"), out, name)
+    config, arguments = (with_network(CONFIG, out, name), NETWORK_ARGUMENTS) if network else (CONFIG, ())
+    steps, board = Steps(name), Board(config, out, name, arguments=arguments)
     sender = sender_on(board)
     try:
         take_steps(steps, board, sender)

@@ -1,12 +1,13 @@
 """printrun's printcore, which pronsole and pronterface are made of, through its Python interface.
 
-On a pseudo-terminal it numbers and checksums the lines of a job; on TCP it sends them as they are.
+On a pseudo-terminal it numbers and checksums the lines of a job; on TCP it sends them as they are, to the debug
+console or to the board's own Telnet port in its network.
 """
 
 import os
 import threading
 
-from board import Board, Failed, ROOT, Steps, between, main, zigzag
+from board import NETWORK_ARGUMENTS, TELNET, Board, Failed, ROOT, Steps, between, main, with_network, zigzag
 
 CONFIG = os.path.join(ROOT, "config/samples/cartesian.ini")
 
@@ -15,8 +16,13 @@ def run(name, out, where):
     from printrun.gcoder import LightGCode
     from printrun.printcore import printcore
 
-    steps, board = Steps(name), Board(CONFIG, out, name)
-    wire = board.terminal() if where == "terminal" else board.talk()
+    steps = Steps(name)
+    if where == "net":
+        board = Board(with_network(CONFIG, out, name), out, name, arguments=NETWORK_ARGUMENTS)
+        wire = board.network(TELNET)
+    else:
+        board = Board(CONFIG, out, name)
+        wire = board.terminal() if where == "terminal" else board.talk()
     core, heard, ended = printcore(), [], threading.Event()
     core.recvcb = lambda line: heard.append(line.rstrip())
     core.endcb = ended.set

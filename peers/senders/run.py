@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs other people's senders, unmodified, against the image on the virtual board.
 
-    run.py TOOLS OUT [printcore|printcore-tcp|octoprint|bcnc|cncjs ...]
+    run.py TOOLS OUT [printcore|printcore-tcp|printcore-net|octoprint|bcnc|bcnc-net|cncjs ...]
 
 They are installed into TOOLS from PyPI and npm, in the versions below. What they were asked to do and what the machine
 then did is printed, and written to OUT/report.txt and OUT/report.html. bCNC wants a display: Debian's xvfb.
@@ -17,7 +17,9 @@ import sys
 HERE = os.path.dirname(os.path.abspath(__file__))
 PYTHON_PACKAGES = {"printcore": ["--no-deps", "Printrun==2.2.0", "pyserial==3.5"], "octoprint": ["OctoPrint==1.11.8"], "bcnc": ["bCNC==0.9.16"]}
 NODE_PACKAGES = ["cncjs@1.11.5"]
-SENDERS = ["printcore-tcp", "printcore", "octoprint", "bcnc", "cncjs"]
+SENDERS = ["printcore-tcp", "printcore", "printcore-net", "octoprint", "bcnc", "bcnc-net", "cncjs"]
+# Where printcore finds the board, by the end of its name.
+WHERE = {"printcore-tcp": "tcp", "printcore-net": "net", "printcore": "terminal"}
 
 
 def environment(tools, name):
@@ -45,7 +47,7 @@ def node_folder(tools):
 
 def missing(name):
     """A program of the system that this sender cannot do without."""
-    needed = {"bcnc": ["xvfb-run"], "cncjs": ["node", "npm"]}.get(name, [])
+    needed = {"bcnc": ["xvfb-run"], "cncjs": ["node", "npm"]}.get(name.split("-")[0], [])
     return next((program for program in needed if not shutil.which(program)), None)
 
 
@@ -55,12 +57,12 @@ def run(name, tools, out):
     if lacking:
         print(f"{name}: skipped, {lacking} is not installed")
         return [{"sender": name, "step": "all", "passed": None, "note": f"skipped: {lacking} is not installed"}]
-    if name.startswith("printcore"):
-        python, where = os.path.join(environment(tools, "printcore"), "python"), "tcp" if name.endswith("tcp") else "terminal"
+    if name in WHERE:
+        python, where = os.path.join(environment(tools, "printcore"), "python"), WHERE[name]
     elif name == "octoprint":
         python, where = sys.executable, os.path.join(environment(tools, name), "octoprint")
-    elif name == "bcnc":
-        python, where = sys.executable, os.path.join(environment(tools, name), "python")
+    elif name.startswith("bcnc"):
+        python, where = sys.executable, os.path.join(environment(tools, "bcnc"), "python")
     else:
         python, where = sys.executable, node_folder(tools)
     script = os.path.join(HERE, f"{name.split('-')[0]}.py")
