@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
 help:
@@ -112,6 +112,10 @@ peers: target/toolchain.mk
 ## make peers-senders [SENDERS="printcore bcnc ..."]              printrun, OctoPrint, bCNC, CNCjs at the virtual board; installs them
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
+
+## make peers-network            Debian's ping, telnet, nc and nmap at the virtual board, on a TAP device in a namespace of its own; root
+peers-network: virtual-prime firmware
+	@python3 peers/network/run.py out/peers/network
 
 ## make usb [ONLY=case] [GCODE=f.gcode]   the image at a real Linux: Debian's kernel and tools in QEMU, printrun; half an hour
 usb: virtual-prime firmware

@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+"""The board on a network of Linux, a TAP device in a namespace of its own, and Debian's programs there.
+
+    run.py OUT
+
+Wants root, Linux, and Debian's dnsmasq-base, iputils-ping, inetutils-telnet, netcat-openbsd and nmap. What came of each
+step is printed, and written to OUT/summary.json.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(os.path.dirname(HERE), "senders"))
+
+from board import GRBL, ROOT, TELNET, Board, Failed, Steps, with_network
+
+CONFIG = os.path.join(ROOT, "config/samples/cartesian.ini")
+SPACE, DEVICE, OWN = "velvet-peers", "velvet0", "10.99.0.1"
+WANTED = {"ip": "iproute2", "dnsmasq": "dnsmasq-base", "ping": "iputils-ping", "telnet": "inetutils-telnet", "nc": "netcat-openbsd", "nmap": "nmap"}
+CLOSED = "\n[network]\nenable = true\n"
+
+
+def call(*command, text=None, seconds=300):
+    """What a program says, whatever it ends with; this process is in the namespace already."""
+    done = subprocess.run(command, input=text, capture_output=True, text=True, timeout=seconds, check=False)
+    return done.stdout + done.stderr
+
+
+def enter():
+    """Goes on in a namespace that lives as long as this process and its children do."""
+    if os.environ.get("VELVET_PEERS_SPACE") != SPACE:
+        os.execvpe("unshare", ["unshare", "--net", sys.executable, *sys.argv], {**os.environ, "VELVET_PEERS_SPACE": SPACE})
+    for line in ("link set lo up", f"tuntap add dev {DEVICE} mode tap", f"addr add {OWN}/24 dev {DEVICE}", f"link set {DEVICE} up"):
+        subprocess.run(["ip", *line.split()], check=True)
+
+
+def serve(out):
+    """Debian's server for addresses and names, with files of its own."""
+    return subprocess.Popen(["dnsmasq", "--keep-in-foreground", "--conf-file=/dev/null", "--no-resolv", "--no-hosts", "--user=root", f"--interface={DEVICE}",
+                             "--except-interface=lo", "--bind-interfaces", "--pid-file=", "--dhcp-authoritative", "--dhcp-range=10.99.0.50,10.99.0.60,1h",
+                             f"--dhcp-leasefile={lease_file(out)}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def lease_file(out):
+    return os.path.join(out, "leases")
+
+
+def lease(out):
+    """The lease of the server's file: address and name."""
+    try:
+        with open(lease_file(out)) as file:
+            words = file.read().split()
+    except FileNotFoundError:
+        words = []
+    return (words[2], words[3]) if len(words) > 3 else None
+
+
+def start(out, name, section=None):
+    if os.path.exists(lease_file(out)):
+        os.remove(lease_file(out))
+    server = serve(out)
+    config = with_network(CONFIG, out, name, section) if section else with_network(CONFIG, out, name)
+    board = Board(config, out, name, arguments=["--tap", DEVICE])
+    board.until("a lease", lambda _: lease(out), 40)
+    board.until("the address in use", lambda s, begun=board.state()["s"]: s["s"] > begun + 4, 10)
+    return server, board, lease(out)
+
+
+def expect(is_so, words):
+    if not is_so:
+        raise Failed(words)
+
+
+def pings(address, count, size, interval="0.05"):
+    said = call("ping", "-n", "-c", str(count), "-i", interval, "-s", str(size), "-W", "2", address)
+    found = re.search(r"(\d+) packets transmitted, (\d+) received", said)
+    times = re.search(r"= ([\d.]+)/([\d.]+)/([\d.]+)", said)
+    return int(found.group(2)) if found else 0, f"{found.group(0) if found else said.strip()}; {times.group(2) + ' ms at the mean' if times else 'none'}"
+
+
+def all_of(count, address, size):
+    got, note = pings(address, count, size)
+    expect(got == count, note)
+    return note
+
+
+def talk(address, port, text, wait=4.0):
+    """What the board answers to text by nc, which ends its own direction behind it."""
+    said = call("nc", "-N", "-w", str(int(wait)), address, str(port), text=text)
+    return said
+
+
+def open_ports(address):
+    return sorted(int(port) for port in re.findall(r"^(\d+)/tcp +open", call("nmap", "-n", "-Pn", "-p-", "-T4", "--min-rate", "2000", address), re.M))
+
+
+def telnet(address):
+    """Telnet wants its input open until the answers are there."""
+    process = subprocess.Popen(["telnet", address, str(TELNET)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    for line in ("", "M115", "M105", "net"):
+        time.sleep(1)
+        process.stdin.write(line + "\n")
+        process.stdin.flush()
+    time.sleep(2)
+    process.kill()
+    said = process.communicate()[0]
+    expect("FIRMWARE_NAME" in said and "T:" in said and "velvet.local" in said, said[-300:])
+    return "M115, M105 and net are answered"
+
+
+def half_closed(address):
+    said = talk(address, TELNET, "M115\n" + "M105\n" * 20)
+    answers = len(re.findall(r"^.*ok B:.* T:", said, re.M))
+    expect("FIRMWARE_NAME" in said and answers == 20, f"{answers} answers of 20: {said}")
+    return "M115 and 20 times M105, all answered behind the end of the input"
+
+
+def ports_are(address, wanted):
+    found = open_ports(address)
+    expect(found == wanted, f"open: {found}")
+    return f"of 65,535 TCP ports open: {found or 'none'}"
+
+
+def prodded(board, address):
+    # Port 9 answers nobody; the rest of the options make nmap try versions and the system.
+    call("nmap", "-n", "-Pn", "-sV", "-O", "-p", f"{TELNET},{GRBL},9", address, seconds=400)
+    said = ""
+    for _ in range(10):
+        said = talk(address, TELNET, "get steps\nM105\n")
+        if "T:" in said:
+            break
+        time.sleep(5)
+    expect("T:" in said, f"no answer after it: {said[-200:]}")
+    late = re.search(r"steps late: \d+", said)
+    return f"answers after it; {late.group(0) if late else said[-120:]}"
+
+
+def main():
+    out = os.path.abspath(sys.argv[1])
+    lacking = [package for program, package in WANTED.items() if not shutil.which(program)]
+    if lacking or os.geteuid() != 0 or not os.path.exists("/dev/net/tun"):
+        print(f"skipped: wants root, /dev/net/tun and {' '.join(lacking) or 'nothing else'} (apt-get install --no-install-recommends {' '.join(lacking)})")
+        return 0
+    enter()
+    os.makedirs(out, exist_ok=True)
+    steps = Steps("network")
+    server, board, (address, name) = start(out, "network")
+    try:
+        steps.step("lease", lambda: f"{address}, told the name {name}")
+        for count, size in ((10, 56), (10, 1400), (100, 56)):
+            steps.step(f"ping {size}", lambda count=count, size=size: all_of(count, address, size))
+        steps.step("ping 3000", lambda: pings(address, 3, 3000)[1])
+        steps.step("telnet", lambda: telnet(address))
+        steps.step("nc", lambda: half_closed(address))
+        steps.step("nmap", lambda: ports_are(address, [TELNET, GRBL]))
+        steps.step("nmap -sV -O", lambda: prodded(board, address))
+    finally:
+        board.close()
+        server.kill()
+        server.wait()
+    server, board, (address, _) = start(out, "closed", CLOSED)
+    try:
+        steps.step("nothing on", lambda: ports_are(address, []))
+    finally:
+        board.close()
+        server.kill()
+    with open(os.path.join(out, "summary.json"), "w") as file:
+        json.dump(steps.rows, file, indent=1)
+    return 1 if any(row["passed"] is False for row in steps.rows) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
