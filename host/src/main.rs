@@ -8,6 +8,7 @@ use clap::{Parser, Subcommand};
 
 mod actions;
 mod bed;
+mod boards;
 mod check;
 mod colour;
 mod flash;
@@ -15,6 +16,7 @@ mod heat;
 mod keys;
 mod migrate;
 mod motion_page;
+mod network;
 mod page;
 mod plot;
 mod preflight;
@@ -112,6 +114,8 @@ enum Command {
         #[arg(long, default_value_t = 115_200)]
         baud: u32,
     },
+    /// List the boards of the local network, as they answer by mDNS; exits 1 when none does
+    Boards(boards::Options),
     /// Say the public half of the key that firmware is signed with, as config.ini has it; makes a key
     /// when there is none
     Key(keys::KeyOptions),
@@ -174,6 +178,7 @@ fn run(command: Command) -> Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
         Command::Send { file, to, baud } => send::send(&file, &to, baud).map(|()| ExitCode::SUCCESS),
+        Command::Boards(options) => Ok(success(boards::boards(&options)?)),
         Command::Key(options) => keys::key(&options).map(|()| ExitCode::SUCCESS),
         Command::Sign(options) => keys::sign(&options).map(|()| ExitCode::SUCCESS),
         Command::Flash { image, with } => flash::flash(&image, with).map(|()| ExitCode::SUCCESS),
