@@ -1,19 +1,11 @@
 //! `velvet boards`: the boards of the local network, as they answer by mDNS.
 
-use std::fmt::Write as _;
 use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
 
-use crate::network::browser::{Browser, Machine, Mdns};
-
-/// Things to look at when no board answers.
-const ADVICE: &str = "Look at these:\n\
-    - The board is on, its cable is in, and this computer is in the same network.\n\
-    - Its config.ini has [network] enable = true and shell_enable = true.\n\
-    - A firewall on this computer lets UDP from port 5353 in.\n\
-    - `net` on a USB or serial console says the board's link, address and name.";
+use crate::network::browser::{ADVICE, Browser, Machine, Mdns, table};
 
 /// Options of the command.
 #[derive(Args)]
@@ -46,16 +38,4 @@ pub fn boards(options: &Options) -> Result<bool> {
         others => eprintln!("{others} other machines offer telnet and are not Velvet's"),
     }
     Ok(!boards.is_empty())
-}
-
-/// Returns a line a board, in columns.
-fn table(boards: &[Machine]) -> String {
-    let width = boards.iter().map(|board| board.name.chars().count()).max().unwrap_or(0);
-    let mut table = String::new();
-    for Machine { name, address, telnet, grbl, version, .. } in boards {
-        let grbl = grbl.map(|port| format!(", GRBL's dialect {port}")).unwrap_or_default();
-        let version = version.as_ref().map(|version| format!(", version {version}")).unwrap_or_default();
-        let _written = writeln!(table, "{name:width$}  {:15}  telnet {telnet}{grbl}{version}", address.to_string());
-    }
-    table
 }

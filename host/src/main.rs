@@ -11,6 +11,7 @@ mod bed;
 mod boards;
 mod check;
 mod colour;
+mod console;
 mod flash;
 mod heat;
 mod keys;
@@ -116,6 +117,8 @@ enum Command {
     },
     /// List the boards of the local network, as they answer by mDNS; exits 1 when none does
     Boards(boards::Options),
+    /// Open a console on a board in the network: lines of the standard input go to the board, typed or piped
+    Console(console::Options),
     /// Say the public half of the key that firmware is signed with, as config.ini has it; makes a key
     /// when there is none
     Key(keys::KeyOptions),
@@ -179,6 +182,7 @@ fn run(command: Command) -> Result<ExitCode> {
         }
         Command::Send { file, to, baud } => send::send(&file, &to, baud).map(|()| ExitCode::SUCCESS),
         Command::Boards(options) => Ok(success(boards::boards(&options)?)),
+        Command::Console(options) => console::console(&options).map(|()| ExitCode::SUCCESS),
         Command::Key(options) => keys::key(&options).map(|()| ExitCode::SUCCESS),
         Command::Sign(options) => keys::sign(&options).map(|()| ExitCode::SUCCESS),
         Command::Flash { image, with } => flash::flash(&image, with).map(|()| ExitCode::SUCCESS),

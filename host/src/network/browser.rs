@@ -1,17 +1,30 @@
 //! Browser of mDNS: which machines of the local network offer telnet, and which of them are boards of Velvet.
 
 use std::collections::BTreeMap;
-use std::net::Ipv4Addr;
+use std::fmt::Write as _;
+use std::net::{IpAddr, Ipv4Addr};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use mdns_sd::{MDNS_PORT, Receiver, RecvTimeoutError, ResolvedService, ServiceDaemon, ServiceEvent};
+use mdns_sd::{
+    HostnameResolutionEvent, MDNS_PORT, Receiver, RecvTimeoutError, ResolvedService, ServiceDaemon, ServiceEvent,
+};
 use serde::Serialize;
 
 /// Service that a board announces while its telnet console is open.
 const SERVICE: &str = "_telnet._tcp.local.";
+/// Time that a machine may take to answer to its name.
+const NAMING: Duration = Duration::from_secs(3);
+
+/// Things to look at when no board answers.
+pub const ADVICE: &str = "Look at these:\n\
+    - The board is on, its cable is in, and this computer is in the same network.\n\
+    - Its config.ini has [network] enable = true and shell_enable = true.\n\
+    - A firewall on this computer lets UDP from port 5353 in.\n\
+    - `net` on a USB or serial console says the board's link, address and name;\n  \
+    `velvet console ADDRESS` needs no mDNS.";
 
 /// Options of every command that asks by mDNS.
 #[derive(Args)]
@@ -82,6 +95,29 @@ impl Browser {
         machines.sort();
         Ok(machines)
     }
+
+    /// Returns the machine of a name that offers telnet.
+    pub fn machine(&self, name: &str) -> Result<Option<Machine>> {
+        listen(&self.0.browse(SERVICE)?, NAMING, |event| match event {
+            ServiceEvent::ServiceResolved(service) => match Machine::new(&service) {
+                Some(machine) if machine.name.eq_ignore_ascii_case(name) => ControlFlow::Break(machine),
+                _ => ControlFlow::Continue(()),
+            },
+            _ => ControlFlow::Continue(()),
+        })
+    }
+
+    /// Returns the address of a name, whatever the machine offers.
+    pub fn address(&self, name: &str) -> Result<Option<Ipv4Addr>> {
+        listen(&self.0.resolve_hostname(&format!("{name}."), None)?, NAMING, |event| match event {
+            HostnameResolutionEvent::AddressesFound(_, addresses) => {
+                let mut addresses = addresses.into_iter().map(|address| address.to_ip_addr());
+                let found = addresses.find_map(|address| if let IpAddr::V4(v4) = address { Some(v4) } else { None });
+                found.map_or(ControlFlow::Continue(()), ControlFlow::Break)
+            }
+            _ => ControlFlow::Continue(()),
+        })
+    }
 }
 
 impl Drop for Browser {
@@ -108,4 +144,16 @@ fn listen<Event, Found>(
             Err(RecvTimeoutError::Disconnected) => bail!("mDNS has stopped working on this computer"),
         }
     }
+}
+
+/// Returns a line a board, in columns.
+pub fn table(boards: &[Machine]) -> String {
+    let width = boards.iter().map(|board| board.name.chars().count()).max().unwrap_or(0);
+    let mut table = String::new();
+    for Machine { name, address, telnet, grbl, version, .. } in boards {
+        let grbl = grbl.map(|port| format!(", GRBL's dialect {port}")).unwrap_or_default();
+        let version = version.as_ref().map(|version| format!(", version {version}")).unwrap_or_default();
+        let _written = writeln!(table, "{name:width$}  {:15}  telnet {telnet}{grbl}{version}", address.to_string());
+    }
+    table
 }
