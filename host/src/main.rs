@@ -105,16 +105,7 @@ enum Command {
         sources: report::Sources,
     },
     /// Send G-code to a board, a line at a time
-    Send {
-        /// The G-code
-        file: PathBuf,
-        /// Serial port (/dev/ttyACM0, COM3) or network address (192.168.1.20:23)
-        #[arg(long, value_name = "PORT")]
-        to: String,
-        /// Speed of a serial port
-        #[arg(long, default_value_t = 115_200)]
-        baud: u32,
-    },
+    Send(send::Options),
     /// List the boards of the local network, as they answer by mDNS; exits 1 when none does
     Boards(boards::Options),
     /// Open a console on a board in the network: lines of the standard input go to the board, typed or piped
@@ -180,7 +171,7 @@ fn run(command: Command) -> Result<ExitCode> {
             of.into_iter().for_each(|quantity| print!("{}", report.plot(quantity)));
             Ok(ExitCode::SUCCESS)
         }
-        Command::Send { file, to, baud } => send::send(&file, &to, baud).map(|()| ExitCode::SUCCESS),
+        Command::Send(options) => send::send(&options).map(|()| ExitCode::SUCCESS),
         Command::Boards(options) => Ok(success(boards::boards(&options)?)),
         Command::Console(options) => console::console(&options).map(|()| ExitCode::SUCCESS),
         Command::Key(options) => keys::key(&options).map(|()| ExitCode::SUCCESS),

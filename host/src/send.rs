@@ -1,12 +1,15 @@
 //! `velvet send`: G-code to a board over a serial port or the network, one line at a time, the next after
 //! the board's ok.
 
-use std::io::{ErrorKind, Read, Write};
-use std::net::TcpStream;
-use std::path::Path;
+use std::io::{ErrorKind, Read, Write, stderr};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+use clap::Args;
+
+use crate::network::access::Access;
+use crate::network::target::Target;
 
 /// Silence after which sending is given up. Heating and homing answer late, but they talk meanwhile.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -17,26 +20,38 @@ const POLL: Duration = Duration::from_millis(100);
 trait Port: Read + Write {}
 impl<T: Read + Write> Port for T {}
 
-/// Sends a file. `to` is a serial port (`/dev/ttyACM0`, `COM3`) or `host:port`.
-pub fn send(file: &Path, to: &str, baud: u32) -> Result<()> {
+/// Options of the command.
+#[derive(Args)]
+pub struct Options {
+    /// The G-code
+    file: PathBuf,
+    /// Serial port (/dev/ttyACM0, COM3), or a board in the network (velvet.local, 192.168.1.20:23)
+    #[arg(long, value_name = "PORT|BOARD")]
+    to: String,
+    /// Speed of a serial port
+    #[arg(long, default_value_t = 115_200)]
+    baud: u32,
+    #[command(flatten)]
+    access: Access,
+}
+
+/// Sends a file.
+pub fn send(options: &Options) -> Result<()> {
+    let Options { file, to, .. } = options;
     let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
-    let mut port = open(to, baud).with_context(|| format!("cannot open {to}"))?;
+    let mut port = open(options).with_context(|| format!("cannot open {to}"))?;
     let sent = stream(&text, &mut port, PATIENCE, |reply| println!("{reply}"))?;
     eprintln!("{sent} lines sent");
     Ok(())
 }
 
-fn open(to: &str, baud: u32) -> Result<Box<dyn Port>> {
-    // `COM3` and `/dev/tty...` hold no colon; `host:port` does.
-    if let Some((_, port)) = to.rsplit_once(':')
-        && port.parse::<u16>().is_ok()
-    {
-        let stream = TcpStream::connect(to)?;
-        stream.set_read_timeout(Some(POLL))?;
-        stream.set_nodelay(true)?;
-        return Ok(Box::new(stream));
+fn open(options: &Options) -> Result<Box<dyn Port>> {
+    let Options { to, baud, access, .. } = options;
+    if let Some(target) = Target::read_unless_serial(to) {
+        return Ok(Box::new(access.connect(&target, &mut stderr(), |_| {})?));
     }
-    let mut port = serial2::SerialPort::open(to, baud)?;
+    let mut port = serial2::SerialPort::open(to, *baud)
+        .context("no such serial port; a board in the network is NAME.local, or an address")?;
     port.set_read_timeout(POLL)?;
     Ok(Box::new(port))
 }

@@ -146,6 +146,25 @@ fn a_board_that_waits_for_its_answers_to_be_taken_gets_every_line() {
 }
 
 #[test]
+fn a_job_is_sent_over_the_network_line_by_line() {
+    let (job, word) = (file("job.gcode", "; a job\nG28 ; home\nG1 X1\n"), file("sesame", "open sesame\n"));
+    let (job, word) = (job.to_str().expect("text"), word.to_str().expect("text"));
+    let board = Board::new(locked);
+    let sent = velvet(&["send", job, "--to", &board.at(), "--password-from", word], "");
+    assert!(sent.status.success() && errors(&sent).ends_with("2 lines sent\n"), "{}", errors(&sent));
+    assert_eq!(out(&sent), "said G28\nsaid G1 X1\n");
+    assert_eq!(board.outcome(), ["G28", "G1 X1"]);
+    let announcer = Announcer::new();
+    let board = Board::new(open);
+    announcer.announce("velvet", board.port(), &[("firmware", "velvet")]);
+    let sent = velvet(&["send", job, "--to", "velvet.local", "--mdns-port", announcer.port()], "");
+    assert!(sent.status.success() && out(&sent) == "said G28\nsaid G1 X1\n", "{}", errors(&sent));
+    assert_eq!(board.outcome(), ["G28", "G1 X1"]);
+    let nothing = velvet(&["send", job, "--to", "/dev/no-such-port"], "");
+    assert!(errors(&nothing).contains("/dev/no-such-port") && errors(&nothing).contains("NAME.local"));
+}
+
+#[test]
 fn what_cannot_be_reached_is_named_with_what_to_do() {
     let free = TcpListener::bind("127.0.0.1:0").expect("a port").local_addr().expect("an address").to_string();
     let refused = velvet(&["console", &free], "");

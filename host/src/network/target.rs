@@ -61,6 +61,15 @@ impl Target {
         Ok(Self::Name(name.to_owned(), port))
     }
 
+    /// Reads a target where a serial port may stand too; none if it is one.
+    pub fn read_unless_serial(text: &str) -> Option<Self> {
+        // `COM3` and `/dev/tty...` hold no colon and no point.
+        match Self::read(text).ok()? {
+            Self::Name(name, None) if !name.to_lowercase().ends_with(LOCAL) => None,
+            target => Some(target),
+        }
+    }
+
     /// Finds the addresses of the target. A name of the local network is asked for by mDNS, for not every
     /// system does that, then the system is asked.
     pub fn resolve(&self, mdns: &Mdns) -> Result<Vec<SocketAddr>> {
@@ -141,6 +150,16 @@ mod tests {
         for text in ["", "/dev/ttyACM0", "a b", "192.168.1", "192.168.1.256", "a..b", ":23", &"x".repeat(64)] {
             let error = Target::read(text).unwrap_err().to_string();
             assert!(error.contains("neither a name nor an address"), "{error}");
+        }
+    }
+
+    #[test]
+    fn serial_ports_are_told_from_boards_in_the_network() {
+        for text in ["/dev/ttyACM0", "COM3", "ttyS0", "/dev/serial/by-id/usb-Velvet_1:2"] {
+            assert_eq!(Target::read_unless_serial(text), None, "{text}");
+        }
+        for text in ["velvet.local", "Velvet.LOCAL", "velvet:23", "10.0.0.9", "localhost:5770"] {
+            assert!(Target::read_unless_serial(text).is_some(), "{text}");
         }
     }
 
