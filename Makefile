@@ -113,7 +113,7 @@ peers: target/toolchain.mk
 peers-senders: virtual-prime firmware
 	@python3 peers/senders/run.py target/peers out/peers/senders $(SENDERS)
 
-## make peers-network            Debian's ping, telnet, nc and nmap at the virtual board, on a TAP device in a namespace of its own; root
+## make peers-network            Debian's ping, telnet, nc, nmap and avahi at the virtual board, on a TAP device in a namespace of its own; root
 peers-network: virtual-prime firmware
 	@python3 peers/network/run.py out/peers/network
 

@@ -3,8 +3,9 @@
 
     run.py OUT
 
-Wants root, Linux, and Debian's dnsmasq-base, iputils-ping, inetutils-telnet, netcat-openbsd and nmap. What came of each
-step is printed, and written to OUT/summary.json.
+Wants root, Linux, and Debian's dnsmasq-base, iputils-ping, inetutils-telnet, netcat-openbsd, nmap, dbus-daemon,
+avahi-daemon and avahi-utils. What came of each step is printed, and written to OUT/summary.json. The system's own
+services are left alone: avahi and its bus run in the namespace, with a /run of their own.
 """
 
 import json
@@ -22,7 +23,8 @@ from board import GRBL, ROOT, TELNET, Board, Failed, Steps, with_network
 
 CONFIG = os.path.join(ROOT, "config/samples/cartesian.ini")
 SPACE, DEVICE, OWN = "velvet-peers", "velvet0", "10.99.0.1"
-WANTED = {"ip": "iproute2", "dnsmasq": "dnsmasq-base", "ping": "iputils-ping", "telnet": "inetutils-telnet", "nc": "netcat-openbsd", "nmap": "nmap"}
+WANTED = {"ip": "iproute2", "dnsmasq": "dnsmasq-base", "ping": "iputils-ping", "telnet": "inetutils-telnet", "nc": "netcat-openbsd", "nmap": "nmap",
+          "dbus-daemon": "dbus-daemon", "avahi-daemon": "avahi-daemon", "avahi-browse": "avahi-utils"}
 CLOSED = "\n[network]\nenable = true\n"
 
 
@@ -35,9 +37,32 @@ def call(*command, text=None, seconds=300):
 def enter():
     """Goes on in a namespace that lives as long as this process and its children do."""
     if os.environ.get("VELVET_PEERS_SPACE") != SPACE:
-        os.execvpe("unshare", ["unshare", "--net", sys.executable, *sys.argv], {**os.environ, "VELVET_PEERS_SPACE": SPACE})
+        os.execvpe("unshare", ["unshare", "--net", "--mount", sys.executable, *sys.argv], {**os.environ, "VELVET_PEERS_SPACE": SPACE})
     for line in ("link set lo up", f"tuntap add dev {DEVICE} mode tap", f"addr add {OWN}/24 dev {DEVICE}", f"link set {DEVICE} up"):
         subprocess.run(["ip", *line.split()], check=True)
+    subprocess.run(["mount", "-t", "tmpfs", "tmpfs", "/run"], check=True)
+
+
+def announce(out):
+    """A bus and avahi, which looks for names on the device."""
+    for folder in ("/run/dbus", "/run/avahi-daemon"):
+        os.makedirs(folder)
+    settings = os.path.join(out, "avahi.conf")
+    with open(settings, "w") as file:
+        file.write(f"[server]\nhost-name=desk\nuse-ipv6=no\nallow-interfaces={DEVICE}\n")
+    bus = subprocess.Popen(["dbus-daemon", "--system", "--nofork", "--nopidfile"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    path = os.path.join(out, "avahi.log")
+    for _ in range(100):
+        if os.path.exists("/run/dbus/system_bus_socket"):
+            break
+        time.sleep(0.2)
+    with open(path, "w") as log:
+        avahi = subprocess.Popen(["avahi-daemon", "--no-drop-root", "--no-chroot", "--no-rlimits", "-f", settings], stdout=log, stderr=log)
+    for _ in range(100):
+        if "startup complete" in open(path).read():
+            break
+        time.sleep(0.2)
+    return [avahi, bus]
 
 
 def serve(out):
@@ -78,7 +103,8 @@ def expect(is_so, words):
 
 
 def pings(address, count, size, interval="0.05"):
-    said = call("ping", "-n", "-c", str(count), "-i", interval, "-s", str(size), "-W", "2", address)
+    # Patience is of this computer's clock, and the virtual board may stand still for a while of it.
+    said = call("ping", "-n", "-c", str(count), "-i", interval, "-s", str(size), "-W", "10", address)
     found = re.search(r"(\d+) packets transmitted, (\d+) received", said)
     times = re.search(r"= ([\d.]+)/([\d.]+)/([\d.]+)", said)
     return int(found.group(2)) if found else 0, f"{found.group(0) if found else said.strip()}; {times.group(2) + ' ms at the mean' if times else 'none'}"
@@ -121,6 +147,26 @@ def half_closed(address):
     return "M115 and 20 times M105, all answered behind the end of the input"
 
 
+def found_by_avahi(address):
+    """Services of the board, by name and port, and its name's address."""
+    seen = call("avahi-browse", "--all", "--no-db-lookup", "--resolve", "--parsable", "--terminate", seconds=60)
+    rows = [line.split(";") for line in seen.splitlines() if line.startswith("=")]
+    services = {(row[4], int(row[8])) for row in rows if row[6] == "velvet.local" and row[7] == address}
+    expect(("_telnet._tcp", TELNET) in services, f"avahi-browse: {seen}")
+    resolved = call("avahi-resolve", "-4", "--name", "velvet.local", seconds=30).split()
+    expect(resolved[-1:] == [address], f"avahi-resolve: {resolved}")
+    backwards = call("avahi-resolve", "--address", address, seconds=30).split()
+    return f"{', '.join(f'{kind} at {port}' for kind, port in sorted(services))}; velvet.local is {address}, which is {backwards[-1]}"
+
+
+def datagram_ports(address):
+    """Ports for datagrams that nmap finds open or silent: those of mDNS, DHCP's client, DNS, NTP."""
+    said = call("nmap", "-n", "-Pn", "-sU", "-p", "53,67,68,69,123,161,1900,5353", "--max-retries", "2", address)
+    rows = re.findall(r"^(\d+)/udp +(\S+)", said, re.M)
+    expect({int(port) for port, state in rows if state != "closed"} <= {68, 5353}, said)
+    return ", ".join(f"{port} {state}" for port, state in rows)
+
+
 def ports_are(address, wanted):
     found = open_ports(address)
     expect(found == wanted, f"open: {found}")
@@ -158,6 +204,12 @@ def main():
         steps.step("ping 3000", lambda: pings(address, 3, 3000)[1])
         steps.step("telnet", lambda: telnet(address))
         steps.step("nc", lambda: half_closed(address))
+        helpers = announce(out)
+        steps.step("avahi", lambda: found_by_avahi(address))
+        for helper in helpers:
+            helper.kill()
+            helper.wait()
+        steps.step("nmap -sU", lambda: datagram_ports(address))
         steps.step("nmap", lambda: ports_are(address, [TELNET, GRBL]))
         steps.step("nmap -sV -O", lambda: prodded(board, address))
     finally:
