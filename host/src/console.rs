@@ -83,7 +83,7 @@ fn input(terminal: Option<Arc<Terminal>>) -> Receiver<Vec<u8>> {
 /// Carries lines to the board and its words to the output, until the input has ended and the board is quiet;
 /// whoever typed does not wait for that.
 fn talk(connection: &mut Connection, input: &Receiver<Vec<u8>>, is_typed: bool, output: &mut impl Write) -> Result<()> {
-    let (mut debts, mut since, mut has_ended) = (Debts::default(), Instant::now(), false);
+    let (mut owed, mut since, mut has_ended) = (OwedAnswers::default(), Instant::now(), false);
     loop {
         match connection.hear(POLL).context("the connection broke")? {
             Heard::Text(text) => {
@@ -92,16 +92,16 @@ fn talk(connection: &mut Connection, input: &Receiver<Vec<u8>>, is_typed: bool, 
                     Err(error) if error.kind() == ErrorKind::BrokenPipe => return Ok(()),
                     written => written.context("cannot write what the board says")?,
                 }
-                debts.hear(&text);
+                owed.hear(&text);
                 since = Instant::now();
             }
-            Heard::End if has_ended && debts.owed == 0 => return Ok(()),
+            Heard::End if has_ended && owed.count == 0 => return Ok(()),
             Heard::End => bail!("the board closed the connection"),
             Heard::Nothing => {}
         }
         match input.try_recv() {
             Ok(bytes) => {
-                debts.say(&bytes);
+                owed.say(&bytes);
                 match connection.write_all(&bytes) {
                     // The board's last words come first.
                     Err(error) if matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => {}
@@ -114,19 +114,19 @@ fn talk(connection: &mut Connection, input: &Receiver<Vec<u8>>, is_typed: bool, 
             Err(TryRecvError::Disconnected) if !has_ended => {
                 has_ended = true;
                 // A last line need not have an end.
-                if debts.said.is_open() {
-                    debts.say(b"\n");
+                if owed.said.is_open() {
+                    owed.say(b"\n");
                     connection.write_all(b"\n").context("the connection broke")?;
                 }
             }
             Err(TryRecvError::Disconnected) => {}
         }
         let silence = since.elapsed();
-        if has_ended && silence >= QUIET && debts.owed == 0 {
+        if has_ended && silence >= QUIET && owed.count == 0 {
             return Ok(());
         }
         if has_ended && silence >= PATIENCE {
-            bail!("the board has not answered the last {} lines for {} s", debts.owed, PATIENCE.as_secs());
+            bail!("the board has not answered the last {} lines for {} s", owed.count, PATIENCE.as_secs());
         }
     }
 }
@@ -134,21 +134,21 @@ fn talk(connection: &mut Connection, input: &Receiver<Vec<u8>>, is_typed: bool, 
 /// Lines of G-code that the board owes an answer: they may wait in buffers on the way, and would be lost with
 /// the connection.
 #[derive(Debug, Default)]
-struct Debts {
-    owed: usize,
+struct OwedAnswers {
+    count: usize,
     said: LineStart,
     heard: LineStart,
 }
 
-impl Debts {
+impl OwedAnswers {
     fn say(&mut self, bytes: &[u8]) {
         let lines = self.said.lines(bytes);
-        self.owed += lines.iter().filter(|line| is_code(line)).count();
+        self.count += lines.iter().filter(|line| is_code(line)).count();
     }
 
     fn hear(&mut self, bytes: &[u8]) {
         let lines = self.heard.lines(bytes);
-        self.owed = self.owed.saturating_sub(lines.iter().filter(|line| is_answer(line)).count());
+        self.count = self.count.saturating_sub(lines.iter().filter(|line| is_answer(line)).count());
     }
 }
 

@@ -23,7 +23,7 @@ impl<T: Read + Write> Port for T {}
 /// Options of the command.
 #[derive(Args)]
 pub struct Options {
-    /// The G-code
+    /// File with the G-code to send
     file: PathBuf,
     /// Serial port (/dev/ttyACM0, COM3), or a board in the network (velvet.local, 192.168.1.20:23)
     #[arg(long, value_name = "PORT|BOARD")]
@@ -35,7 +35,8 @@ pub struct Options {
     access: Access,
 }
 
-/// Sends a file.
+/// Sends a file's lines, each when the board has answered the one before. Fails when the file cannot be
+/// read, the board cannot be reached, or an answer is an error or does not come.
 pub fn send(options: &Options) -> Result<()> {
     let Options { file, to, .. } = options;
     let text = std::fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;

@@ -15,7 +15,7 @@ const POLL: Duration = Duration::from_millis(100);
 /// Time after which a board that takes nothing is given up.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// What a look at the connection brought.
+/// Result of listening to the board for a moment.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Heard {
     /// Nothing to read yet.
@@ -26,7 +26,7 @@ pub enum Heard {
     End,
 }
 
-/// What the listening thread hands over.
+/// Bytes of the board, decoded by the listening thread.
 struct Piece {
     text: Vec<u8>,
     /// Answers of telnet, to be sent.
@@ -35,7 +35,7 @@ struct Piece {
     is_telnet: bool,
 }
 
-/// The connection.
+/// TCP connection to a board's console, with telnet's negotiation taken out of what comes.
 pub struct Connection {
     stream: TcpStream,
     pieces: Receiver<Result<Piece>>,

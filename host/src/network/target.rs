@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 
 use super::browser::{ADVICE, Browser, Machine, Mdns, table};
 
-/// Port of telnet.
+/// TCP port of a console where none is given (RFC 854).
 const TELNET_PORT: u16 = 23;
 /// Time in which the boards answer among which there has to be one alone.
 const SEEKING: Duration = Duration::from_secs(2);
@@ -16,14 +16,14 @@ const SEEKING: Duration = Duration::from_secs(2);
 const LOCAL: &str = ".local";
 const PORTS: &str = "a port is a number from 1 to 65535, as in velvet.local:23";
 
-/// The target.
+/// Board that a command talks to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// The only board that answers by mDNS.
     Only,
-    /// By its address.
+    /// Board at an IP address, with the port of its console if it is not the usual one.
     Address(IpAddr, Option<u16>),
-    /// By its name.
+    /// Board of a host name, with the port of its console if one is given.
     Name(String, Option<u16>),
 }
 

@@ -19,7 +19,7 @@ enum Place {
     Command,
     /// Behind WILL, WONT, DO or DONT.
     Option(u8),
-    /// In a subnegotiation.
+    /// Within a subnegotiation, whose bytes are no text.
     Skipping,
     /// Behind 0xFF in a subnegotiation.
     SkippingCommand,

@@ -48,7 +48,7 @@ impl Terminal {
         None
     }
 
-    /// Does nothing.
+    /// Leaves the terminal alone, since nothing of it was changed.
     pub fn restore(&self) {}
 }
 

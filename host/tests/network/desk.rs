@@ -1,4 +1,4 @@
-//! What the tests of the network stand on: the command as it is run, and boards that announce themselves.
+//! Common parts of the network's tests: the command as a user runs it, and boards that announce themselves.
 
 use std::io::Write;
 use std::net::UdpSocket;
