@@ -1,6 +1,7 @@
 //! The network on the real image: the board at a cable, with a computer at its other end.
 
 mod addresses;
+mod cables;
 mod consoles;
 mod motion;
 mod storms;
