@@ -28,6 +28,7 @@ pub mod safety;
 pub mod saved_value;
 pub mod sessions;
 pub mod slow_turning;
+pub mod snapshot;
 pub mod spread;
 pub mod stall_watch;
 pub mod supervisor;

@@ -16,6 +16,7 @@ mod rest;
 mod storage;
 mod updates;
 mod usb;
+mod viewers;
 mod workspace;
 
 use core::ops::DerefMut;
@@ -49,6 +50,7 @@ pub use thermal::io::{
 };
 pub use updates::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running, Updates};
 pub use usb::{Disk, NotLent, Usb};
+pub use viewers::Viewers;
 pub use workspace::Workspace;
 
 /// Clock of the machine.

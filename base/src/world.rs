@@ -8,7 +8,7 @@ use events::Event;
 use crate::failure::{Failure, Texts};
 use crate::ports::{
     Ahead, Board, Calendar, Clock, DriversPort, EventLog, HeatPort, Inputs, LightPort, MotionPort, Network, PinPort,
-    Rest, Storage, Updates, Usb,
+    Rest, Storage, Updates, Usb, Viewers,
 };
 use crate::sessions::{Consoles, Recipient, Reply, Rights, Sessions};
 use crate::supervisor::SupervisorPort;
@@ -33,6 +33,7 @@ pub trait Ports:
     + Calendar
     + EventLog
     + Updates
+    + Viewers
 {
 }
 
@@ -55,6 +56,7 @@ impl<P> Ports for P where
         + Calendar
         + EventLog
         + Updates
+        + Viewers
 {
 }
 

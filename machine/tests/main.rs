@@ -70,6 +70,8 @@ mod power_loss;
 mod stalls;
 #[path = "../src/features/statistics/scenarios.rs"]
 mod statistics;
+#[path = "../src/features/viewers/scenarios.rs"]
+mod viewers;
 
 /// A file that no line above names would not be built, and its tests not run.
 #[test]

@@ -12,7 +12,7 @@ pub use get::get;
 pub use parts::{modules, thermistor_coefficients, thermistors};
 pub use position::{end_switches, position};
 pub use program::{filament_diameter, flow_factor, modal, offsets};
-pub use status::{Status, status};
+pub use status::{Status, is_live, status};
 
 use ::program::Tools;
 use config::MachineConfig;

@@ -14,7 +14,7 @@ use super::{BenchDrivers, Card, Line};
 use crate::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, Input, InputLevels,
     Inputs, LightPort, MemoryReport, MotionPort, Network, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb,
-    Wake, Workspace,
+    Viewers, Wake, Workspace,
 };
 use crate::sessions::{Consoles, Inbox, SessionId, SessionProfile};
 use crate::supervisor::{Supervisor, SupervisorPort};
@@ -293,6 +293,8 @@ impl Board for World {
 impl Usb for World {}
 
 impl Network for World {}
+
+impl Viewers for World {}
 
 impl Updates for World {}
 

@@ -1,6 +1,6 @@
 //! The network: the machine's port to it.
 
-use base::ports::{Network, NetworkNews, NetworkReport, PasswordRecord};
+use base::ports::{Network, NetworkNews, NetworkReport, PasswordRecord, Viewers};
 use config::NetworkConfig;
 
 use super::{BoardPorts, Locks};
@@ -30,3 +30,5 @@ impl<L: Locks> Network for BoardPorts<L> {
         self.owned.network.take_record()
     }
 }
+
+impl<L: Locks> Viewers for BoardPorts<L> {}

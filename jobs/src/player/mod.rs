@@ -23,6 +23,7 @@ mod statistics;
 mod suspended;
 mod tags;
 mod tower;
+mod view;
 
 use base::failure::{Failure, Texts};
 use base::paths::Path;

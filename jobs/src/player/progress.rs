@@ -48,7 +48,7 @@ impl Jobs {
 
     /// Returns the number, and the offset of the end, of the line that the motors make, or that was read
     /// last.
-    fn place(&self, job: &Job) -> (u32, u32) {
+    pub(super) fn place(&self, job: &Job) -> (u32, u32) {
         self.place.unwrap_or((job.lines.number(), job.lines.read()))
     }
 
@@ -72,7 +72,7 @@ impl Jobs {
     }
 
     /// Returns the time left and in all, seconds, with its source: planner or slicer.
-    fn time_left(&self, job: &Job, time_left: &TimeLeft) -> Option<(f32, f32, &'static str)> {
+    pub(super) fn time_left(&self, job: &Job, time_left: &TimeLeft) -> Option<(f32, f32, &'static str)> {
         if let Some(Planned { left, total }) = time_left.planned {
             return Some((left, total, "planner"));
         }

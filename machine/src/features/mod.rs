@@ -31,6 +31,7 @@ pub(crate) mod state;
 pub(crate) mod statistics;
 pub(crate) mod update;
 pub(crate) mod usb_disk;
+pub(crate) mod viewers;
 
 use base::Ports;
 use base::failure::Failure;
@@ -67,6 +68,7 @@ pub(crate) type List = features![
     periodic_reports,
     editing,
     network,
+    viewers,
 ];
 
 impl<P: Ports> Featured for P {

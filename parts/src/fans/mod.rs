@@ -89,6 +89,11 @@ impl Fans {
         self.fans.get(place).map_or(0.0, |fan| fan.tachometer.rpm())
     }
 
+    /// Returns the share of full power of each fan, 0 to 1. `given` is the share that a switch gives.
+    pub fn powers(&self, given: impl Fn(SwitchId) -> f32) -> impl Iterator<Item = f32> {
+        self.fans.iter().map(move |fan| fan.switch.map_or(0.0, &given))
+    }
+
     /// M123: `fan 50% 2980 rpm` for each. `given` is the share of full power that a switch gives.
     pub fn report(&self, config: &MachineConfig, given: impl Fn(SwitchId) -> f32, reply: &mut Reply<'_>) {
         for (fan, settings) in self.fans.iter().zip(&config.fans) {

@@ -24,15 +24,11 @@ pub struct Status<'m> {
     pub progress: Option<(u64, u64)>,
 }
 
-impl Status<'_> {
-    /// Returns whether something may be moving. At rest the position is the end of the last accepted move, to
-    /// the last decimal.
-    const fn is_live(&self) -> bool {
-        !matches!(
-            self.mode.state(),
-            State::Idle | State::Suspended | State::Check | State::Alarm | State::Sleep | State::Invalid
-        )
-    }
+/// Returns whether something may be moving in a state. At rest the position is the end of the last accepted
+/// move, to the last decimal.
+#[must_use]
+pub const fn is_live(state: State) -> bool {
+    !matches!(state, State::Idle | State::Suspended | State::Check | State::Alarm | State::Sleep | State::Invalid)
 }
 
 /// Reports `<State|MPos:x,y,z|WPos:x,y,z|F:...|S:...>`.
@@ -43,7 +39,7 @@ pub fn status(ports: &mut (impl MotionPort + HeatPort), of: &Status<'_>, reply: 
 
 /// Returns the text between the brackets of `?`; `get status` reports it without them.
 pub(super) fn fields(ports: &mut (impl MotionPort + HeatPort), of: &Status<'_>) -> Line {
-    let live = of.is_live();
+    let live = is_live(of.mode.state());
     let machine = ports.motion(|motion| if live { motion.live_position() } else { motion.commanded_position() });
     let mut line = Line::new();
     add!(line, "{}|MPos:", of.mode.state().name());

@@ -4,6 +4,7 @@
 use std::collections::VecDeque;
 
 use base::ports::{AddressOrigin, NetworkAddress, NetworkNews, NetworkReport, NetworkService, PasswordRecord};
+use base::snapshot::Snapshot;
 use config::NetworkConfig;
 
 /// First word of a record here, where a real one has the name of its function.
@@ -18,6 +19,10 @@ pub struct SimulatedNetwork {
     pub news: VecDeque<NetworkNews>,
     /// The password that is in force.
     pub password: Option<Vec<u8>>,
+    /// Whether somebody looks at the machine.
+    pub is_viewed: bool,
+    /// The machine as it was last shown.
+    pub shown: Option<Snapshot>,
     /// Record that is made, and the number of questions until it is ready.
     making: Option<(Vec<u8>, u8)>,
 }

@@ -6,10 +6,11 @@ use std::rc::Rc;
 use base::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, InputLevels,
     Inputs, LightPort, MemoryReport, MotionPort, Network, NetworkNews, NetworkReport, PasswordRecord, PinPort,
-    PinTaken, Rest, Start, StepTimes, Updates, Usb, Wake, Workspace,
+    PinTaken, Rest, Start, StepTimes, Updates, Usb, Viewers, Wake, Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
+use base::snapshot::Snapshot;
 use base::supervisor::{Supervisor, SupervisorPort};
 use config::{MachineConfig, NetworkConfig, Pin, Pull};
 use corosensei::Yielder;
@@ -193,6 +194,16 @@ impl Network for HostPorts<'_> {
 
     fn take_password_record(&mut self) -> Option<PasswordRecord> {
         self.network().take_record()
+    }
+}
+
+impl Viewers for HostPorts<'_> {
+    fn wants_snapshot(&self) -> bool {
+        self.network().is_viewed
+    }
+
+    fn show(&mut self, snapshot: &Snapshot) {
+        self.network().shown = Some(snapshot.clone());
     }
 }
 

@@ -1,0 +1,123 @@
+//! Viewers of the machine, in browsers and at displays: they are shown a snapshot of it as often as they ask.
+
+use base::axes::Axes;
+use base::ports::{HeatPort as _, MotionPort as _, Viewers as _};
+use base::safety::Mode;
+use base::snapshot::{FanShown, HeaterShown, JobShown, Snapshot};
+use base::{Ports, World};
+use config::MachineConfig;
+use jobs::player::Jobs;
+use parts::fans::Fans;
+use parts::outputs::Outputs;
+use parts::reports::is_live;
+use program::Interpreter;
+use thermal::HeatControl;
+use units::Micros;
+
+use crate::features::forecast::{self, ForecastHands};
+use crate::machine::Machine;
+use crate::machine::moments::Moments;
+
+/// Parts of the machine that viewers see.
+pub(crate) struct Viewed<'m, 'c, P> {
+    world: &'m mut World<'c, P>,
+    program: &'m Interpreter,
+    mode: Mode,
+    axes: &'m Axes,
+    outputs: &'m Outputs,
+    fans: &'m Fans,
+    jobs: &'m Jobs,
+}
+
+/// The machine for its viewers.
+pub(crate) trait ViewedHands<'c>: ForecastHands<'c> {
+    /// Returns what viewers see.
+    fn viewed(&mut self) -> Viewed<'_, 'c, Self::Ports>;
+
+    /// Notes which moves of the job the motors make.
+    fn follow_moves(&mut self);
+}
+
+impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
+    fn viewed(&mut self) -> Viewed<'_, 'c, P> {
+        let Self { world, program, safety, axes, outputs, features, jobs, .. } = self;
+        Viewed { world, program, mode: safety.told_mode(), axes, outputs, fans: &features.fans, jobs }
+    }
+
+    fn follow_moves(&mut self) {
+        self.follow_job();
+    }
+}
+
+/// Viewers, at the machine's moments.
+pub(crate) struct Feature;
+
+impl<'c, M: ViewedHands<'c>> Moments<M> for Feature {
+    fn each_10_ms(hands: &mut M, now: Micros) {
+        if hands.world().ports.wants_snapshot() {
+            show(hands, now);
+        }
+    }
+}
+
+/// Never inlined: a snapshot takes a kilobyte of the stack, which every wait would have below it.
+#[inline(never)]
+fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
+    let job = job(hands, now);
+    let Viewed { world, program, mode, axes, outputs, fans, .. } = hands.viewed();
+    let config = world.config;
+    let modal = program.modal();
+    let is_live = is_live(mode.state());
+    let (position, speed, factors) = world.ports.motion(|motion| {
+        let at = if is_live { motion.live_position() } else { motion.commanded_position() };
+        (at, motion.speed(), motion.overrides())
+    });
+    let mut snapshot = Snapshot {
+        state: mode.state(),
+        is_suspended: mode.is_suspended(),
+        position,
+        work: modal.work(&position),
+        system: modal.system as u8,
+        speed,
+        feed_rate: modal.feed_rate,
+        feed_factor: factors.feed * modal.speed_factor,
+        rapid_factor: factors.rapid,
+        homed: axes.homed(),
+        spindle_rpm: outputs.spindle_speed(config, modal.power),
+        job,
+        ..Snapshot::default()
+    };
+    world.ports.heat(|heat| add_heat(&mut snapshot, config, heat, fans));
+    world.ports.show(&snapshot);
+}
+
+fn job<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) -> Option<JobShown> {
+    hands.follow_moves();
+    let time_left = forecast::time_left(&mut hands.forecast());
+    hands.viewed().jobs.shown(now, &time_left)
+}
+
+fn add_heat(snapshot: &mut Snapshot, config: &MachineConfig, heat: &HeatControl, fans: &Fans) {
+    snapshot.heaters = config
+        .heaters()
+        .zip(heat.heaters())
+        .map(|((_, described), (_, heater))| HeaterShown {
+            reading: heater.reading(),
+            target: heater.target(),
+            power: f32::from(heater.duty().0) / 255.0,
+            ..HeaterShown::named(described)
+        })
+        .collect();
+    let powers = fans.powers(|switch| heat.switch_duty(switch.0));
+    snapshot.fans = config
+        .fans
+        .iter()
+        .zip(powers)
+        .enumerate()
+        .map(|(place, (fan, power))| FanShown {
+            name: fan.name.clone(),
+            power,
+            rpm: fan.tachometer.pin.map(|_| fans.rpm(place)),
+        })
+        .collect();
+}

@@ -1,0 +1,74 @@
+//! The machine as its viewers see it.
+
+use base::snapshot::Snapshot;
+use program::State;
+use scenarios::{Bench, CARTESIAN, Plan};
+use units::{Axis, AxisSet, Celsius};
+
+/// Returns the machine as somebody sees it who looks now.
+fn look(bench: &mut Bench) -> Snapshot {
+    bench.network(|network| (network.is_viewed, network.shown) = (true, None));
+    bench.hear(0.05);
+    bench.network(|network| network.is_viewed = false);
+    bench.network(|network| network.shown.take()).expect("a machine that is looked at shows itself")
+}
+
+#[test]
+fn nobody_is_shown_the_machine_who_does_not_look() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.hear(1.0);
+    assert_eq!(bench.network(|network| network.shown.take()), None);
+    assert_eq!(look(&mut bench).state, State::Idle);
+}
+
+#[test]
+fn positions_and_speeds_are_those_of_the_motors_and_of_the_work() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.say("G28.3 X10 Y20 Z30");
+    bench.say("G10 L2 P2 X1 Y2 Z3");
+    bench.say("G55");
+    bench.say("M220 S50");
+    let at_rest = look(&mut bench);
+    assert_eq!(at_rest.position.0[..3], [10.0, 20.0, 30.0]);
+    assert_eq!((at_rest.work[Axis::X], at_rest.work[Axis::Z], at_rest.system), (9.0, 27.0, 1));
+    assert_eq!(at_rest.homed, AxisSet::collect(Axis::PRIMARY));
+    bench.say("G1 X50 F3000");
+    bench.hear(1.0);
+    let moving = look(&mut bench);
+    assert_eq!(moving.state, State::Run);
+    assert!(moving.position[Axis::X] > 15.0 && moving.position[Axis::X] < 50.0, "{:?}", moving.position);
+    assert!((moving.speed.0 - 25.0).abs() < 0.5, "{:?}: half of the feed rate", moving.speed);
+    assert_eq!((moving.feed_factor, moving.feed_rate.per_minute()), (0.5, 3_000.0));
+}
+
+#[test]
+fn heaters_and_fans_are_shown_by_their_names() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.say("M104 S200");
+    bench.hear(3.0);
+    let shown = look(&mut bench);
+    let hotend = shown.heaters.iter().find(|heater| heater.designator == "T").expect("a hotend");
+    assert_eq!((hotend.name.as_str(), hotend.target), ("hotend", Celsius(200.0)));
+    assert!(hotend.power > 0.9, "it heats with all it has: {}", hotend.power);
+    assert!(hotend.reading.is_some_and(|reading| reading.0 > 22.0), "{:?}", hotend.reading);
+}
+
+#[test]
+fn a_job_is_shown_with_its_progress_and_its_layer() {
+    let job: String = (0..200).map(|line| format!("G1 X{} F1200\n", 10 + line % 2 * 2)).collect();
+    let file = format!(";LAYER_COUNT:7\n;LAYER:2\n{job}");
+    let mut bench = Plan::new(CARTESIAN).file("part.g", &file).start();
+    assert_eq!(look(&mut bench).job, None);
+    bench.say("G28.3 X10 Y10 Z10");
+    bench.say("M23 part.g");
+    bench.say("M24");
+    bench.hear(3.0);
+    let job = look(&mut bench).job.expect("a job");
+    assert_eq!((job.path.as_str(), job.size as usize), ("/sd/part.g", file.len()));
+    assert!(job.done > 100 && job.done < job.size && job.line > 5, "{job:?}");
+    assert_eq!((job.layer, job.layers), (3, Some(7)), "as people count, from one");
+    assert!(!job.is_paused && (2..=4).contains(&job.elapsed_s), "{job:?}");
+    bench.say("M25");
+    bench.hear(1.0);
+    assert!(look(&mut bench).job.is_some_and(|job| job.is_paused));
+}
