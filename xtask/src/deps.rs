@@ -64,6 +64,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("usb", &[]),
     // Ethernet frames to bytes of consoles: who reads these is handed in.
     ("net", &[]),
+    // Bytes to requests, answers to bytes: sockets, files and the machine are handed in.
+    ("http", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
     // controller is driven by `card::sd`, the Ethernet transceiver by `drivers`; the flash is what `update`
     // writes to.
@@ -170,6 +172,7 @@ const PURE: &[&str] = &[
     "update",
     "usb",
     "net",
+    "http",
 ];
 
 /// Crates of the board itself. Neither they nor the pure crates wait but by a call: whoever calls them does.

@@ -1,0 +1,29 @@
+//! Limits of everything that a peer can make large or slow, each with its reason. The tests hold each.
+
+/// Longest head of a request, bytes: browsers send 600 to 900, with a cookie; the scratch that a head is read
+/// in has this size.
+pub const HEAD_BYTES: usize = 2_048;
+/// Longest path and query of a request together, bytes: the longest file name, percent-encoded in part.
+pub const TARGET_BYTES: usize = 512;
+/// Greatest number of a request's header lines: browsers send up to 20.
+pub const HEADERS: usize = 32;
+/// Longest time from the first byte of a head to its last, milliseconds: a head fits into two packets.
+pub const HEAD_MS: u64 = 5_000;
+/// Longest rest of a connection between two requests, milliseconds: connections are few.
+pub const IDLE_MS: u64 = 15_000;
+/// Longest time without a byte of a body that is owed, milliseconds: as long as TCP's own time-out.
+pub const BODY_MS: u64 = 20_000;
+/// Longest time in which a peer takes nothing of an answer, milliseconds.
+pub const SEND_MS: u64 = 20_000;
+/// Time for which what comes behind the last answer is thrown away, so that a reset does not overtake the
+/// answer (RFC 9112, section 9.6), milliseconds.
+pub const LINGER_MS: u64 = 2_000;
+/// Longest body of a request whose route says nothing else, bytes: what a call in JSON takes.
+pub const BODY_BYTES: u64 = 32 * 1_024;
+/// Longest line that gives the size of a chunk, bytes: eight digits and an extension that nobody uses.
+pub const CHUNK_LINE_BYTES: u16 = 64;
+/// Longest trailer behind the chunks of a body, bytes. Trailers are read over.
+pub const TRAILER_BYTES: u16 = 512;
+/// Room that the maker of a body always has, unless less is left of the body, bytes: small things need not be
+/// made in pieces.
+pub const BODY_ROOM: usize = 48;

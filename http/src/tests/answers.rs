@@ -1,0 +1,82 @@
+//! Answers: heads, lengths, chunks, in rooms of any size.
+
+use crate::Method;
+use crate::testing::{Heard, joined, serve, split};
+
+const GET: &[u8] = b"GET /a%20b/c?d=e%20f HTTP/1.1\r\nHost: velvet.local\r\n\r\n";
+
+#[test]
+fn a_request_is_heard_and_answered() {
+    let desk = serve(GET, 4_096, 1_024);
+    assert_eq!(desk.heard, [Heard::Request(Method::Get, "/a b/c".into(), "d=e%20f".into()), Heard::End]);
+    let (head, body) = split(&desk.sent);
+    assert!(head.starts_with("HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\n"), "{head}");
+    assert!(head.ends_with("\r\nContent-Length: 5\r\n\r\n"), "{head}");
+    assert!(head.contains("\r\nCache-Control: no-store\r\n") && head.contains("nosniff"), "{head}");
+    assert_eq!(body, b"hello");
+}
+
+#[test]
+fn pieces_and_rooms_of_any_size_make_no_difference() {
+    let whole = serve(GET, 4_096, 1_024);
+    for size in (1..80).chain([200, 1_000]) {
+        let cut = serve(GET, size, size);
+        assert_eq!((&cut.heard, cut.text()), (&whole.heard, whole.text()), "{size}");
+    }
+}
+
+#[test]
+fn chunks_join_to_the_body_in_rooms_of_any_size() {
+    let request = b"GET /chunks HTTP/1.1\r\nHost: a\r\n\r\n";
+    let long: Vec<u8> = (0..3_000_u32).map(|n| b'a' + (n % 26) as u8).collect();
+    for room in (1..140).chain([1_024, 3_006, 3_007, 3_008, 5_000]) {
+        let (head, body) = split(&serve(request, 4_096, room).sent);
+        assert!(head.contains("\r\nTransfer-Encoding: chunked\r\n") && !head.contains("Content-Length"), "{head}");
+        assert_eq!(joined(&body), long, "{room}");
+        assert!(body.len() < 3_000 + 3_000 / 40 * 7, "chunks of nothing: {room}");
+    }
+}
+
+#[test]
+fn a_head_alone_is_that_of_the_whole_answer() {
+    for path in ["/", "/chunks", "/long"] {
+        let get = split(&serve(format!("GET {path} HTTP/1.1\r\nHost: a\r\n\r\n").as_bytes(), 99, 99).sent);
+        let head = split(&serve(format!("HEAD {path} HTTP/1.1\r\nHost: a\r\n\r\n").as_bytes(), 99, 99).sent);
+        assert_eq!((head.0, head.1.len()), (get.0, 0), "{path}");
+    }
+    let refused = serve(b"HEAD /early HTTP/1.1\r\nHost: a\r\n\r\n", 99, 99);
+    assert!(refused.text().ends_with("\r\n\r\n"), "{}", refused.text());
+}
+
+#[test]
+fn answers_without_content_say_nothing_of_its_length() {
+    let gone = serve(b"DELETE /gone HTTP/1.1\r\nHost: a\r\n\r\n", 99, 5);
+    assert_eq!(gone.text(), "HTTP/1.1 204 No Content\r\nCache-Control: no-store\r\n\r\n");
+    let empty = serve(b"GET /empty HTTP/1.1\r\nHost: a\r\n\r\n", 99, 5);
+    assert_eq!(joined(&split(&empty.sent).1), b"");
+}
+
+#[test]
+fn an_answer_that_breaks_off_is_cut() {
+    let mut desk = serve(b"GET /short HTTP/1.1\r\nHost: a\r\n\r\n", 99, 99);
+    assert_eq!(desk.connection.poll(0), crate::Life::Abort);
+}
+
+#[test]
+fn lines_of_an_answer_are_those_that_it_has() {
+    let tagged = serve(b"GET /tagged HTTP/1.1\r\nHost: a\r\n\r\n", 99, 9).text();
+    for line in [
+        "Content-Encoding: gzip",
+        "Cache-Control: public, max-age=31536000, immutable",
+        "ETag: \"00000000000000ab\"",
+        "Accept-Ranges: bytes",
+        "X-Mine: aX-Yours: b",
+        "Content-Length: 2",
+    ] {
+        assert!(tagged.contains(&format!("\r\n{line}\r\n")), "{line}: {tagged}");
+    }
+    let method = serve(b"GET /method HTTP/1.1\r\nHost: a\r\n\r\n", 99, 99).text();
+    assert!(method.starts_with("HTTP/1.1 405 Method Not Allowed\r\nContent-Type: application/json\r\n"), "{method}");
+    assert!(method.contains("\r\nAllow: GET, POST\r\nRetry-After: 7\r\n"), "{method}");
+    assert!(method.ends_with("\r\n\r\n{\"error\":{\"code\":405,\"message\":\"no\"}}"), "{method}");
+}

@@ -1,0 +1,5 @@
+//! Tests of connections.
+
+mod answers;
+mod life;
+mod refusals;
