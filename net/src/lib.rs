@@ -23,6 +23,7 @@ mod password;
 mod random;
 mod report;
 mod settings;
+mod streams;
 #[cfg(test)]
 mod testing;
 #[cfg(test)]
@@ -31,7 +32,7 @@ mod wire;
 
 pub use line::{Line, Role, Visitor};
 pub use memory::Memory;
-pub use network::Network;
+pub use network::{Network, Peers};
 pub use news::{Loss, News, Origin};
 pub use password::{RECORD_BYTES, Record, SALT_BYTES, WORD_BYTES};
 pub use report::{AddressReport, Report};
@@ -39,4 +40,5 @@ pub use settings::{
     Addressing, HOST_BYTES, HostName, LINES, LINES_EACH, SERVER_BYTES, Service, Settings, StaticAddress, TELNET_PORT,
     TimeServer, service_of,
 };
+pub use streams::{STREAMS, Streams, Wish};
 pub use wire::Counts;

@@ -6,6 +6,7 @@ use smoltcp::socket::{tcp, udp};
 use smoltcp::wire::DhcpOption;
 
 use crate::settings::{HOST_BYTES, HostName, LINES, Service};
+use crate::streams::STREAMS;
 
 /// Bytes that a console's connection holds of what came in.
 pub const LINE_BYTES: usize = 1_536;
@@ -13,8 +14,12 @@ pub const LINE_BYTES: usize = 1_536;
 const LINE_BYTES_OUT: usize = 1_024;
 /// Bytes that the connection of a visitor holds who is turned away, each way.
 const DOOR_BYTES: usize = 128;
-/// Sockets: consoles, doors, DHCP, mDNS, and the one that asks for names and time.
-const SOCKETS: usize = LINES + Service::ALL.len() + 3;
+/// Sockets: consoles, doors, web connections, DHCP, mDNS, and the one that asks for names and time.
+const SOCKETS: usize = LINES + Service::ALL.len() + STREAMS + 3;
+/// Bytes that a web connection holds each way: what comes in holds the head of a request.
+const STREAM_BYTES: usize = 2_048;
+/// Bytes that are looked at in one piece.
+pub const SCRATCH_BYTES: usize = if LINE_BYTES > STREAM_BYTES { LINE_BYTES } else { STREAM_BYTES };
 /// Option of DHCP that tells the board's name (RFC 2132 section 3.14).
 const HOST_NAME: u8 = 12;
 
@@ -71,10 +76,11 @@ impl<const M: usize, const N: usize, const S: usize> Datagrams<M, N, S> {
 pub struct Memory {
     lines: [Buffers<LINE_BYTES, LINE_BYTES_OUT>; LINES],
     doors: [Buffers<DOOR_BYTES, DOOR_BYTES>; Service::ALL.len()],
+    streams: [Buffers<STREAM_BYTES, STREAM_BYTES>; STREAMS],
     mdns: Datagrams<4, 1_536, 1_024>,
     asker: Datagrams<2, 640, 256>,
     sockets: Vec<SocketStorage<'static>, SOCKETS>,
-    scratch: [u8; LINE_BYTES],
+    scratch: [u8; SCRATCH_BYTES],
     host: Vec<u8, HOST_BYTES>,
     options: Vec<DhcpOption<'static>, 1>,
 }
@@ -92,10 +98,11 @@ impl Memory {
         Self {
             lines: [const { Buffers::new() }; LINES],
             doors: [const { Buffers::new() }; Service::ALL.len()],
+            streams: [const { Buffers::new() }; STREAMS],
             mdns: Datagrams::new(),
             asker: Datagrams::new(),
             sockets: Vec::new(),
-            scratch: [0; LINE_BYTES],
+            scratch: [0; SCRATCH_BYTES],
             host: Vec::new(),
             options: Vec::new(),
         }
@@ -103,14 +110,14 @@ impl Memory {
 
     /// Splits the memory into its parts.
     pub(crate) fn parts(&'static mut self, name: &HostName) -> Parts {
-        let Self { lines, doors, mdns, asker, sockets, scratch, host, options } = self;
+        let Self { lines, doors, streams, mdns, asker, sockets, scratch, host, options } = self;
         while sockets.push(SocketStorage::EMPTY).is_ok() {}
         host.clear();
         let _fits = host.extend_from_slice(name.as_str().as_bytes());
         options.clear();
         let _fits = options.push(DhcpOption { kind: HOST_NAME, data: host });
         let (mdns, asker) = (mdns.socket(), asker.socket());
-        Parts { lines, doors, mdns, asker, sockets: &mut sockets[..], scratch, options }
+        Parts { lines, doors, streams, mdns, asker, sockets: &mut sockets[..], scratch, options }
     }
 }
 
@@ -118,9 +125,10 @@ impl Memory {
 pub struct Parts {
     pub lines: &'static mut [Buffers<LINE_BYTES, LINE_BYTES_OUT>; LINES],
     pub doors: &'static mut [Buffers<DOOR_BYTES, DOOR_BYTES>; Service::ALL.len()],
+    pub streams: &'static mut [Buffers<STREAM_BYTES, STREAM_BYTES>; STREAMS],
     pub mdns: udp::Socket<'static>,
     pub asker: udp::Socket<'static>,
     pub sockets: &'static mut [SocketStorage<'static>],
-    pub scratch: &'static mut [u8; LINE_BYTES],
+    pub scratch: &'static mut [u8; SCRATCH_BYTES],
     pub options: &'static [DhcpOption<'static>],
 }

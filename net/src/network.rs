@@ -10,13 +10,14 @@ use crate::address::{self, Keeper};
 use crate::clock::Clock;
 use crate::consoles::{self, Consoles};
 use crate::line::Line;
-use crate::memory::{LINE_BYTES, Memory};
+use crate::memory::{Memory, SCRATCH_BYTES};
 use crate::names::{self, MDNS_ADDRESS, Responder};
 use crate::news::{Inform, News};
 use crate::password::{Gate, Record, SALT_BYTES};
 use crate::random::Random;
 use crate::report::{AddressReport, Report};
 use crate::settings::{Addressing, LINES, Settings};
+use crate::streams::{self, Places, Streams};
 use crate::wire::{Filter, Tap};
 
 /// Frames that a poll reads.
@@ -29,12 +30,20 @@ const OF_SOCKETS: u32 = 3;
 const REST_VISITED: u64 = 10_000;
 const REST: u64 = 50_000;
 
+/// What peers are connected to.
+pub struct Peers<'a, L, S> {
+    /// Consoles, one for each visitor.
+    pub lines: &'a mut [L; LINES],
+    /// Server of web connections.
+    pub streams: &'a mut S,
+}
+
 /// The board on a network.
 pub struct Network {
     settings: Settings,
     interface: Interface,
     sockets: SocketSet<'static>,
-    scratch: &'static mut [u8; LINE_BYTES],
+    scratch: &'static mut [u8; SCRATCH_BYTES],
     filter: Filter,
     address: Keeper,
     /// Socket of mDNS, if it is answered.
@@ -44,6 +53,7 @@ pub struct Network {
     asker: SocketHandle,
     clock: Clock,
     consoles: Consoles,
+    places: Places,
     gate: Gate,
     news: Inform,
     random: Random,
@@ -86,6 +96,11 @@ impl Network {
         };
         let lines = parts.lines.each_mut().map(|buffers| add(buffers.socket()));
         let doors = parts.doors.each_mut().map(|buffers| add(buffers.socket()));
+        let streams = parts.streams.each_mut().map(|buffers| {
+            let mut socket = buffers.socket();
+            streams::prepare(&mut socket);
+            sockets.add(socket)
+        });
         Self {
             interface,
             scratch: parts.scratch,
@@ -96,6 +111,7 @@ impl Network {
             asker,
             clock: Clock::new(settings.time_server.clone()),
             consoles: Consoles::new(&settings, lines, doors),
+            places: Places::new(settings.web, streams),
             gate: Gate::new(settings.password_required),
             news: Inform::new(),
             random,
@@ -106,33 +122,45 @@ impl Network {
         }
     }
 
-    /// Does a bounded piece of work: reads at most four frames, sends at most four, serves every console.
-    /// `now` is in microseconds, `is_up` says that the cable carries.
-    pub fn poll<D: Device, L: Line>(&mut self, now: u64, is_up: bool, device: &mut D, lines: &mut [L; LINES]) {
+    /// Does a bounded piece of work: reads at most four frames, sends at most four, serves every console and
+    /// every web connection. `now` is in microseconds, `is_up` says that the cable carries.
+    pub fn poll<D: Device>(
+        &mut self,
+        now: u64,
+        is_up: bool,
+        device: &mut D,
+        peers: &mut Peers<'_, impl Line, impl Streams>,
+    ) {
         let now = instant(now);
         let has_hashed = self.gate.run();
         if self.is_up != is_up {
             self.is_up = is_up;
-            self.turn_link(lines, now);
+            self.turn_link(peers, now);
         }
         if !is_up {
             self.is_busy = has_hashed;
             return;
         }
-        let worked = self.exchange(device, lines, now);
+        let worked = self.exchange(device, peers, now);
         self.is_busy = worked || has_hashed;
     }
 
     /// Moves frames and bytes. Returns whether there was any.
-    fn exchange<D: Device, L: Line>(&mut self, device: &mut D, lines: &mut [L; LINES], now: Instant) -> bool {
+    fn exchange<D: Device>(
+        &mut self,
+        device: &mut D,
+        peers: &mut Peers<'_, impl Line, impl Streams>,
+        now: Instant,
+    ) -> bool {
         let before = self.filter.counts();
         let has_changed = self.exchange_frames(device, now);
         if has_changed {
-            self.change_address(lines, now);
+            self.change_address(peers, now);
         }
         self.run_names(now);
         let mut means = consoles::Means::new(now, &mut self.gate, &mut self.news, &mut self.scratch[..]);
-        self.consoles.run(&mut self.sockets, lines, &mut means);
+        self.consoles.run(&mut self.sockets, peers.lines, &mut means);
+        self.places.run(&mut self.sockets, peers.streams, &mut self.scratch[..], now);
         before != self.filter.counts()
     }
 
@@ -156,8 +184,8 @@ impl Network {
         let _sent = self.interface.poll_egress(now, &mut tap, &mut self.sockets);
         tap.allow(tap.may_send() + FRAMES_OUT - OF_SOCKETS);
         for _ in 0..FRAMES_IN {
-            let waiting = self.consoles.listen(&mut self.sockets, now);
-            tap.filter().hold_off(waiting);
+            let [telnet, grbl] = self.consoles.listen(&mut self.sockets, now);
+            tap.filter().hold_off([telnet, grbl, self.places.listen(&mut self.sockets, now)]);
             let heard = self.interface.poll_ingress_single(now, &mut tap, &mut self.sockets);
             if heard == PollIngressSingleResult::None {
                 break;
@@ -180,8 +208,8 @@ impl Network {
     }
 
     /// The board has another address, or none.
-    fn change_address<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
-        self.abort(lines, now);
+    fn change_address(&mut self, peers: &mut Peers<'_, impl Line, impl Streams>, now: Instant) {
+        self.abort(peers, now);
         let address = self.address.terms().map(|terms| terms.address);
         self.clock.restart(now);
         let Some(handle) = self.mdns else { return };
@@ -194,20 +222,21 @@ impl Network {
     }
 
     /// The cable carries again, or no longer.
-    fn turn_link<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
+    fn turn_link(&mut self, peers: &mut Peers<'_, impl Line, impl Streams>, now: Instant) {
         self.filter.forget();
         if self.is_up {
             self.address.link_up(&mut self.sockets, now);
         } else {
             self.address.link_down(&mut self.interface, &mut self.news);
-            self.change_address(lines, now);
+            self.change_address(peers, now);
         }
     }
 
     /// Ends all connections.
-    fn abort<L: Line>(&mut self, lines: &mut [L; LINES], now: Instant) {
+    fn abort(&mut self, peers: &mut Peers<'_, impl Line, impl Streams>, now: Instant) {
         let mut means = consoles::Means::new(now, &mut self.gate, &mut self.news, &mut self.scratch[..]);
-        self.consoles.abort(&mut self.sockets, lines, &mut means);
+        self.consoles.abort(&mut self.sockets, peers.lines, &mut means);
+        self.places.abort(&mut self.sockets, peers.streams);
     }
 
     /// Takes bytes for the visitor of a line. Returns how many: as many as have room, all if nobody listens.
@@ -221,7 +250,7 @@ impl Network {
     /// than it had, or something was written.
     #[must_use]
     pub fn next_in(&self) -> u64 {
-        let is_visited = self.consoles.visitors().iter().any(Option::is_some);
+        let is_visited = self.consoles.visitors().iter().any(Option::is_some) || self.places.peers() > 0;
         match (self.is_busy || self.gate.is_busy(), is_visited) {
             (true, _) => 0,
             (false, true) => REST_VISITED,
@@ -258,6 +287,7 @@ impl Network {
             address,
             candidate: self.address.candidate(),
             visitors: self.consoles.visitors(),
+            web_peers: self.places.peers(),
             time_server: self.clock.state().0,
             time_at: self.clock.state().1.map(|at| at.total_micros().unsigned_abs()),
             counts: self.filter.counts(),

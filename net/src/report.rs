@@ -41,6 +41,8 @@ pub struct Report<'a> {
     pub candidate: Option<Ipv4Addr>,
     /// Visitors at the consoles.
     pub visitors: [Option<Visitor>; LINES],
+    /// Number of web connections.
+    pub web_peers: usize,
     /// Server of the time, once its address is known.
     pub time_server: Option<Ipv4Addr>,
     /// Time of its last answer, in microseconds as polls have it.

@@ -150,6 +150,8 @@ pub struct Settings {
     pub telnet: Option<u16>,
     /// Port of the service in GRBL's dialect, if there is one.
     pub grbl: Option<u16>,
+    /// Port of web connections, if they are served.
+    pub web: Option<u16>,
     /// Whether `NAME.local` is answered for.
     pub mdns: bool,
     /// Whether visitors have to know the password.
@@ -167,6 +169,7 @@ impl Settings {
             time_server: None,
             telnet: None,
             grbl: None,
+            web: None,
             mdns: true,
             password_required: true,
         }

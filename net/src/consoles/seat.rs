@@ -5,7 +5,6 @@ use core::net::Ipv4Addr;
 use smoltcp::iface::SocketHandle;
 use smoltcp::socket::tcp::{Socket, State};
 use smoltcp::time::{Duration, Instant};
-use smoltcp::wire::IpAddress;
 
 use super::ahead::Ahead;
 use super::login::{Login, Turn};
@@ -14,7 +13,7 @@ use crate::line::{Line, Role, Visitor};
 use crate::news::{Inform, News};
 use crate::password::Gate;
 use crate::settings::Service;
-use crate::wire::Peer;
+use crate::wire::{Peer, remote};
 
 /// Bytes that are handed to a line at once.
 const CHUNK: usize = 128;
@@ -420,11 +419,4 @@ impl Chunk {
 /// Says something to a visitor, as far as it fits.
 fn say(socket: &mut Socket<'static>, words: &str) {
     let _sent = socket.send_slice(words.as_bytes());
-}
-
-fn remote(socket: &Socket<'static>) -> Ipv4Addr {
-    match socket.remote_endpoint().map(|endpoint| endpoint.addr) {
-        Some(IpAddress::Ipv4(address)) => address,
-        None => Ipv4Addr::UNSPECIFIED,
-    }
 }

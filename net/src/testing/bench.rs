@@ -7,8 +7,9 @@ use smoltcp::time::Instant;
 
 use super::desk::Desk;
 use super::line::TestLine;
+use super::streams::TestStreams;
 use super::wire::{Port, Wire};
-use crate::{LINES, Memory, Network, News, Settings, TimeServer};
+use crate::{LINES, Memory, Network, News, Peers, Settings, TimeServer};
 
 /// Microseconds.
 pub const MS: u64 = 1_000;
@@ -25,6 +26,7 @@ pub struct Bench {
     pub is_up: bool,
     pub network: Network,
     pub lines: [TestLine; LINES],
+    pub streams: TestStreams,
     pub port: Port,
     pub wire: Wire,
     pub desk: Desk,
@@ -60,6 +62,7 @@ impl Bench {
             is_up: true,
             network: Network::new(memory, settings, &mut port, 1, 0),
             lines: std::array::from_fn(|_| TestLine::new()),
+            streams: TestStreams::default(),
             port,
             wire: Wire::new(1),
             desk: Desk::new(BOARD),
@@ -90,7 +93,8 @@ impl Bench {
             self.desk.port.clear();
         }
         self.desk.run(instant);
-        self.network.poll(self.now, self.is_up, &mut self.port, &mut self.lines);
+        let mut peers = Peers { lines: &mut self.lines, streams: &mut self.streams };
+        self.network.poll(self.now, self.is_up, &mut self.port, &mut peers);
         while let Some(news) = self.network.take_news() {
             self.news.push(news);
         }

@@ -5,6 +5,7 @@ mod desk;
 mod dhcp;
 mod frames;
 mod line;
+mod streams;
 mod wire;
 
 pub use bench::{BOARD, BOARD_MAC, Bench, MS, SECOND, time_server};

@@ -8,3 +8,4 @@ mod faults;
 mod fuzz;
 mod login;
 mod names;
+mod streams;

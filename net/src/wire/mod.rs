@@ -7,4 +7,4 @@ mod watch;
 
 pub use arp::{Arp, send_arp};
 pub use tap::{Counts, Filter, Tap};
-pub use watch::Peer;
+pub use watch::{Peer, remote};

@@ -16,7 +16,7 @@ use crate::settings::LINES;
 /// ARP frames that wait for the owner of the address.
 const ARPS: usize = 4;
 /// Ports whose connections may have to wait.
-pub const PORTS: usize = 2;
+pub const PORTS: usize = 3;
 
 /// Frames since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

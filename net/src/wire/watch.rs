@@ -9,6 +9,7 @@
 use core::net::Ipv4Addr;
 
 use smoltcp::phy::{ChecksumCapabilities, Device, TxToken};
+use smoltcp::socket::tcp::Socket;
 use smoltcp::time::{Duration, Instant};
 use smoltcp::wire::{
     EthernetAddress, EthernetFrame, EthernetProtocol, EthernetRepr, IpAddress, IpProtocol, Ipv4Packet, Ipv4Repr,
@@ -42,6 +43,14 @@ struct Heard {
     acknowledged: TcpSeqNumber,
     /// Byte behind the last that the peer has sent.
     next: TcpSeqNumber,
+}
+
+/// Returns the address of a connection's peer.
+pub fn remote(socket: &Socket<'static>) -> Ipv4Addr {
+    match socket.remote_endpoint().map(|endpoint| endpoint.addr) {
+        Some(IpAddress::Ipv4(address)) => address,
+        None => Ipv4Addr::UNSPECIFIED,
+    }
 }
 
 /// Watch over a peer.

@@ -1,0 +1,223 @@
+//! Connections of the web: bytes both ways, and what they mean is somebody else's.
+
+use core::net::Ipv4Addr;
+
+use smoltcp::iface::{SocketHandle, SocketSet};
+use smoltcp::socket::tcp::{Socket, State};
+use smoltcp::time::{Duration, Instant};
+
+use crate::wire::remote;
+
+/// Connections at a time: a browser opens up to six.
+pub const STREAMS: usize = 8;
+/// Time after which a connection that is not yet one makes room for another.
+const HALF_OPEN: Duration = Duration::from_millis(200);
+/// Time without a sign of life after which a peer is given up, and between two questions for one.
+const TIMEOUT: Duration = Duration::from_secs(20);
+const KEEP_ALIVE: Duration = Duration::from_secs(5);
+/// Time that the end of a connection may take.
+const CLOSING: Duration = Duration::from_secs(5);
+
+/// Wish of the server for a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// Go on.
+    Open,
+    /// Close this side when all has been sent.
+    Finish,
+    /// End the connection at once.
+    Abort,
+}
+
+/// Server of web connections, which are known by their places from 0 to [`STREAMS`].
+///
+/// The order of calls: `open`, then all others any number of times, then `close`. Times are in microseconds.
+pub trait Streams {
+    /// A peer has come.
+    fn open(&mut self, place: usize, from: Ipv4Addr, now: u64);
+
+    /// Takes bytes that have come. Returns how many; the rest is offered again.
+    fn receive(&mut self, place: usize, bytes: &[u8], now: u64) -> usize;
+
+    /// The peer sends nothing any more.
+    fn hear_end(&mut self, place: usize);
+
+    /// Writes what is to be sent into the room. Returns how many bytes.
+    fn transmit(&mut self, place: usize, room: &mut [u8], now: u64) -> usize;
+
+    /// Returns what is to become of the connection.
+    fn wish(&mut self, place: usize, now: u64) -> Wish;
+
+    /// The connection has ended.
+    fn close(&mut self, place: usize);
+}
+
+/// Stage of a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Empty,
+    Open,
+    /// The peer sends nothing any more.
+    HalfClosed,
+    /// This side is closed since then.
+    Closing(Instant),
+}
+
+/// Place for a connection.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    handle: SocketHandle,
+    stage: Stage,
+    /// Time since which the socket has been half open.
+    half_open: Option<Instant>,
+}
+
+/// All places.
+#[derive(Debug)]
+pub struct Places {
+    places: [Place; STREAMS],
+    port: Option<u16>,
+}
+
+/// Sets a socket up for a web connection.
+pub fn prepare(socket: &mut Socket<'static>) {
+    socket.set_timeout(Some(TIMEOUT));
+    socket.set_keep_alive(Some(KEEP_ALIVE));
+    socket.set_nagle_enabled(false);
+}
+
+impl Places {
+    /// Makes empty places that are listened at, if there is a port.
+    pub fn new(port: Option<u16>, sockets: [SocketHandle; STREAMS]) -> Self {
+        let port = port.filter(|port| *port != 0);
+        Self { places: sockets.map(|handle| Place { handle, stage: Stage::Empty, half_open: None }), port }
+    }
+
+    /// Returns how many peers there are.
+    pub fn peers(&self) -> usize {
+        self.places.iter().filter(|place| place.stage != Stage::Empty).count()
+    }
+
+    /// Ends all connections.
+    pub fn abort(&mut self, sockets: &mut SocketSet<'static>, server: &mut impl Streams) {
+        for (number, place) in self.places.iter_mut().enumerate() {
+            sockets.get_mut::<Socket>(place.handle).abort();
+            place.leave(number, server);
+        }
+    }
+
+    /// Has sockets listen for the next peers. Returns the port if none does.
+    pub fn listen(&mut self, sockets: &mut SocketSet<'static>, now: Instant) -> Option<u16> {
+        let port = self.port?;
+        let mut listens = false;
+        for place in &mut self.places {
+            let socket = sockets.get_mut::<Socket>(place.handle);
+            if socket.state() == State::Closed && place.stage == Stage::Empty {
+                let _listens = socket.listen(port);
+            }
+            listens |= socket.is_listening();
+            let is_half_open = socket.state() == State::SynReceived;
+            place.half_open = is_half_open.then(|| place.half_open.unwrap_or(now));
+        }
+        let oldest = self.places.iter().filter_map(|place| Some((place.half_open?, place.handle))).min();
+        if let Some((_, handle)) = oldest.filter(|(since, _)| !listens && now >= *since + HALF_OPEN) {
+            let socket = sockets.get_mut::<Socket>(handle);
+            socket.abort();
+            listens = socket.listen(port).is_ok();
+        }
+        (!listens).then_some(port)
+    }
+
+    /// Serves every peer once.
+    pub fn run(
+        &mut self,
+        sockets: &mut SocketSet<'static>,
+        server: &mut impl Streams,
+        scratch: &mut [u8],
+        now: Instant,
+    ) {
+        for (number, place) in self.places.iter_mut().enumerate() {
+            place.run(number, sockets.get_mut(place.handle), server, scratch, now);
+        }
+    }
+}
+
+impl Place {
+    fn run(
+        &mut self,
+        number: usize,
+        socket: &mut Socket<'static>,
+        server: &mut impl Streams,
+        scratch: &mut [u8],
+        now: Instant,
+    ) {
+        match socket.state() {
+            State::Closed | State::Listen | State::SynSent | State::SynReceived => self.leave(number, server),
+            State::Established | State::CloseWait => self.serve(number, socket, server, scratch, now),
+            State::FinWait1 | State::FinWait2 | State::Closing | State::LastAck | State::TimeWait => {
+                self.end(number, socket, server, now);
+            }
+        }
+    }
+
+    fn serve(
+        &mut self,
+        number: usize,
+        socket: &mut Socket<'static>,
+        server: &mut impl Streams,
+        scratch: &mut [u8],
+        now: Instant,
+    ) {
+        let micros = now.total_micros().unsigned_abs();
+        if self.stage == Stage::Empty {
+            self.stage = Stage::Open;
+            server.open(number, remote(socket), micros);
+        }
+        let waiting = socket.peek_slice(scratch).unwrap_or(0);
+        let mut used = 0;
+        while let Some(bytes) = scratch.get(used..waiting).filter(|bytes| !bytes.is_empty()) {
+            let taken = server.receive(number, bytes, micros);
+            if taken == 0 {
+                break;
+            }
+            used += taken;
+        }
+        // What was looked at may lie in two pieces.
+        if let Some(taken) = scratch.get_mut(..used) {
+            let _all = socket.recv_slice(taken);
+        }
+        let is_at_end = socket.state() == State::CloseWait && socket.recv_queue() == 0;
+        if is_at_end && self.stage == Stage::Open {
+            self.stage = Stage::HalfClosed;
+            server.hear_end(number);
+        }
+        let _open = socket.send(|room| (server.transmit(number, room, micros), ()));
+        match server.wish(number, micros) {
+            Wish::Open => {}
+            Wish::Finish => {
+                socket.close();
+                self.stage = Stage::Closing(now);
+            }
+            Wish::Abort => {
+                socket.abort();
+                self.leave(number, server);
+            }
+        }
+    }
+
+    /// Waits for the end of a connection that this side has closed. What still comes is dropped.
+    fn end(&mut self, number: usize, socket: &mut Socket<'static>, server: &mut impl Streams, now: Instant) {
+        let _dropped = socket.recv(|bytes| (bytes.len(), ()));
+        let is_late = matches!(self.stage, Stage::Closing(since) if now >= since + CLOSING);
+        if socket.state() == State::TimeWait || is_late {
+            socket.abort();
+            self.leave(number, server);
+        }
+    }
+
+    fn leave(&mut self, number: usize, server: &mut impl Streams) {
+        if core::mem::replace(&mut self.stage, Stage::Empty) != Stage::Empty {
+            server.close(number);
+        }
+    }
+}
