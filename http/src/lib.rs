@@ -1,4 +1,4 @@
-//! A web server's protocols over bytes: HTTP/1.1 (RFC 9110, RFC 9112).
+//! A web server's protocols over bytes: HTTP/1.1 (RFC 9110, RFC 9112) and WebSocket (RFC 6455).
 //!
 //! Bytes come in as they arrive, bytes go out into whatever room there is, and the time is an argument: no
 //! code here waits, allocates, or knows a socket. A [`Connection`] is what is kept of one: some 300 bytes.
@@ -22,6 +22,8 @@ mod status;
 mod testing;
 #[cfg(test)]
 mod tests;
+mod utf8;
+mod websocket;
 mod window;
 
 pub use body::{Body, Empty, Made, Slice};
@@ -31,4 +33,5 @@ pub use method::{Method, Methods};
 pub use request::{Head, Length, Query, Request, Upgrade};
 pub use response::{Cache, EntityTag, Extent, Part, Response};
 pub use status::Status;
+pub use websocket::{Kind, codes};
 pub use window::Window;

@@ -27,3 +27,12 @@ pub const TRAILER_BYTES: u16 = 512;
 /// Room that the maker of a body always has, unless less is left of the body, bytes: small things need not be
 /// made in pieces.
 pub const BODY_ROOM: usize = 48;
+/// Longest message that a WebSocket's peer may send, in bytes over all its fragments: Mainsail asks about 100
+/// files in one of 9 kB.
+pub const MESSAGE_BYTES: u32 = 32 * 1_024;
+/// Longest frame that goes out to a WebSocket, bytes: what the socket has room for, and never the message.
+pub const FRAME_BYTES: usize = 1_024;
+/// Rest of a WebSocket after which it is pinged, milliseconds.
+pub const PING_MS: u64 = 10_000;
+/// Time for the answer to a ping, milliseconds: a phone that sleeps is gone after half a minute.
+pub const PONG_MS: u64 = 10_000;

@@ -1,6 +1,6 @@
 //! A server for tests: bytes in pieces of any size, room in pieces of any size.
 
-use crate::{Body, Cache, Connection, EntityTag, Event, Extent, Life, Made, Method, Methods, Response, Status};
+use crate::{Body, Cache, Connection, EntityTag, Event, Extent, Kind, Life, Made, Method, Methods, Response, Status};
 
 /// What came, kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -10,6 +10,9 @@ pub enum Heard {
     Body(Vec<u8>),
     End,
     Refused(u16),
+    /// Message, and whether it is whole.
+    Message(Kind, Vec<u8>, bool),
+    Closed(u16),
 }
 
 /// Body made of pieces that are as long as the room lets them be, and of a pause before each.
@@ -108,6 +111,9 @@ impl Desk {
                 if let Some(allow) = self.allow {
                     self.connection.allow_body(allow);
                 }
+                if request.path == "/ws" {
+                    self.connection.upgrade(&request);
+                }
                 if request.path == "/early" {
                     self.connection.respond_error(Response::new(Status::Forbidden), "not you");
                 }
@@ -120,6 +126,25 @@ impl Desk {
                 self.heard.push(Heard::End);
                 whole = true;
             }
+            Event::Message { kind, is_first, is_last, bytes } => {
+                if is_first {
+                    self.heard.push(Heard::Message(kind, Vec::new(), false));
+                }
+                match self.heard.last_mut() {
+                    Some(Heard::Message(of, message, whole @ false)) if *of == kind => {
+                        message.extend_from_slice(bytes);
+                        *whole = is_last;
+                    }
+                    other => panic!("a piece of no message: {other:?}"),
+                }
+                if let Some(Heard::Message(_, message, true)) = self.heard.last() {
+                    let echo = Paused::new(message);
+                    if self.connection.send(kind) {
+                        self.body = echo;
+                    }
+                }
+            }
+            Event::Closed(code) => self.heard.push(Heard::Closed(code)),
             Event::Refused(status) => self.heard.push(Heard::Refused(status.code())),
         }
         assert_eq!(bytes[used..], self.waiting[used..], "bytes that were not taken are changed");

@@ -2,14 +2,17 @@
 
 mod chunk;
 mod receive;
+mod socket;
 mod stage;
 mod transmit;
 
 use crate::limits::{BODY_BYTES, BODY_MS, HEAD_BYTES, HEAD_MS, IDLE_MS, LINGER_MS, SEND_MS};
 use crate::method::Method;
-use crate::request::{BodyDecoder, Head, Length, Request, Upgrade};
+use crate::request::{BodyDecoder, Head, Length, Request};
 use crate::response::{Extent, Response};
 use crate::status::Status;
+use crate::websocket::{Kind, Receiver};
+use socket::Owed;
 use stage::Stage;
 
 /// What has arrived.
@@ -25,6 +28,20 @@ pub enum Event<'b> {
     End,
     /// A request that was refused. The connection answers by itself, and ends.
     Refused(Status),
+    /// A piece of a WebSocket's message.
+    Message {
+        /// Kind of the message. Text is UTF-8 as a whole; a piece may end in the middle of a character.
+        kind: Kind,
+        /// Whether it is the first piece.
+        is_first: bool,
+        /// Whether it is the last piece, which may be empty.
+        is_last: bool,
+        /// Bytes of the piece.
+        bytes: &'b [u8],
+    },
+    /// A WebSocket ends, with this code: the peer wants it to, or has broken the protocol. The connection
+    /// does the rest by itself.
+    Closed(u16),
 }
 
 /// What is to become of the socket.
@@ -49,6 +66,8 @@ enum Reading {
     End,
     /// They wait for the answer to the request before them.
     Answer,
+    /// They are frames of a WebSocket.
+    Socket,
     /// They are thrown away, as the connection ends with the answer.
     Swallow,
     /// The same, behind the answer.
@@ -70,6 +89,8 @@ enum Sending {
     Rest,
     /// Body that tells an error, of which so many bytes are out.
     Error(u16),
+    /// Message to a WebSocket: of this kind where its first frame is not out.
+    Message(Option<Kind>),
 }
 
 /// Whether the peer waits to be told to send the body.
@@ -103,11 +124,24 @@ pub struct Connection {
     /// Words of an error that the connection tells by itself.
     error: Option<&'static str>,
     stage: Stage,
+    socket: Receiver,
+    /// Control frame that is to be sent, and how much of it is out.
+    owed: Owed,
+    owed_sent: u8,
+    /// Code of the end that follows.
+    closing: Option<u16>,
+    /// Whether a ping was sent since anything came.
+    is_pinged: bool,
+    /// Whether something was to be sent when the clock was last looked at.
+    was_sending: bool,
     /// Time at which what is read began, or last went on.
     read_ms: u64,
     /// Time at which the peer last had room for what is sent.
     sent_ms: u64,
 }
+
+#[cfg(target_pointer_width = "32")]
+const _: () = assert!(size_of::<Connection>() <= 400, "ten connections are to fit into 4 kB");
 
 impl Connection {
     /// Makes the state of a new connection, whose socket can hold so many bytes that were not taken.
@@ -128,6 +162,12 @@ impl Connection {
             response: Response::new(Status::Ok),
             error: None,
             stage: Stage::new(),
+            socket: Receiver::new(),
+            owed: Owed::Nothing,
+            owed_sent: 0,
+            closing: None,
+            is_pinged: false,
+            was_sending: false,
             read_ms: now_ms,
             sent_ms: now_ms,
         }
@@ -142,7 +182,10 @@ impl Connection {
     /// Returns whether something is to be sent: [`Self::transmit`] wants to be called when there is room.
     #[must_use]
     pub fn is_sending(&self) -> bool {
-        self.sending != Sending::Nothing || self.go_on == Continue::Due || !self.stage.is_empty()
+        self.sending != Sending::Nothing
+            || self.go_on == Continue::Due
+            || self.owed != Owed::Nothing
+            || !self.stage.is_empty()
     }
 
     /// Lets the body of the request be so long. Without it, [`BODY_BYTES`] are allowed.
@@ -189,7 +232,7 @@ impl Connection {
     /// Notes that the peer sends no more. What is owed to it is still sent.
     pub fn hear_end(&mut self) {
         match self.reading {
-            Reading::Head | Reading::Body | Reading::Linger => self.cut(),
+            Reading::Head | Reading::Body | Reading::Socket | Reading::Linger => self.cut(),
             Reading::End | Reading::Answer | Reading::Swallow => self.closes = true,
             Reading::Over => {}
         }
@@ -202,17 +245,19 @@ impl Connection {
         match self.reading {
             Reading::Head if self.has_begun && rest >= HEAD_MS => {
                 self.refuse(Status::RequestTimeout, "the head of the request did not come in time");
-                self.sent_ms = now_ms;
             }
             Reading::Head if !self.has_begun && rest >= IDLE_MS => self.linger(now_ms),
             Reading::Body if rest >= BODY_MS => {
                 self.refuse(Status::RequestTimeout, "the body of the request did not come in time");
-                self.sent_ms = now_ms;
             }
             Reading::Linger if rest >= LINGER_MS => self.cut(),
+            Reading::Socket => self.watch_socket(rest),
             _ => {}
         }
-        if self.is_sending() && now_ms.saturating_sub(self.sent_ms) >= SEND_MS {
+        let is_sending = self.is_sending();
+        if !core::mem::replace(&mut self.was_sending, is_sending) {
+            self.sent_ms = now_ms;
+        } else if is_sending && now_ms.saturating_sub(self.sent_ms) >= SEND_MS {
             self.cut();
         }
         match self.reading {
@@ -243,13 +288,15 @@ impl Connection {
         self.decoder = BodyDecoder::new(head.length, BODY_BYTES);
         self.reading = if self.decoder.is_over() { Reading::End } else { Reading::Body };
         self.go_on = if head.expects { Continue::Wanted } else { Continue::No };
-        let _unused = head.upgrade == Upgrade::WebSocket;
     }
 
     /// Ends an answer that is out whole.
     fn end_answer(&mut self, now_ms: u64) {
         self.sending = Sending::Nothing;
-        if self.closes {
+        if self.response.status == Status::SwitchingProtocols {
+            self.reading = Reading::Socket;
+            self.read_ms = now_ms;
+        } else if self.closes {
             self.linger(now_ms);
         } else {
             self.reading = Reading::Head;
@@ -266,6 +313,7 @@ impl Connection {
         self.reading = Reading::Over;
         self.sending = Sending::Nothing;
         self.go_on = Continue::No;
+        self.owed = Owed::Nothing;
         self.stage = Stage::new();
     }
 }

@@ -20,6 +20,7 @@ impl Connection {
                 (0, Event::End)
             }
             Reading::Answer => (0, Event::Nothing),
+            Reading::Socket => self.receive_frames(bytes, now_ms),
             Reading::Swallow | Reading::Linger | Reading::Over => (bytes.len(), Event::Nothing),
         }
     }
@@ -70,7 +71,6 @@ impl Connection {
         let all = bytes.len();
         if self.go_on == Continue::Wanted {
             self.go_on = if bytes.is_empty() { Continue::Due } else { Continue::No };
-            self.sent_ms = now_ms;
         }
         if !self.decoder.fits() {
             return (all, self.refused(Status::ContentTooLarge));

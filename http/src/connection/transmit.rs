@@ -1,12 +1,14 @@
 //! Bytes out.
 
 use super::chunk;
+use super::socket::Owed;
 use super::{Connection, Continue, Sending};
 use crate::body::{Body, Made};
 use crate::fields::Fields;
 use crate::limits::BODY_ROOM;
 use crate::response::{Extent, write_error};
 use crate::status::Status;
+use crate::websocket::{self, Kind, codes};
 use crate::window::Window;
 
 /// What a step has come to.
@@ -45,8 +47,12 @@ impl Connection {
             self.stage.add(b"HTTP/1.1 100 Continue\r\n\r\n");
             return Step::Made(0);
         }
+        if self.owed != Owed::Nothing {
+            return Step::Made(self.send_control(room, now_ms));
+        }
         match self.sending {
             Sending::Nothing => Step::Rest,
+            Sending::Message(kind) => self.send_frame(kind, room, body),
             Sending::Head(sent) => self.send_head(sent, room, body, now_ms),
             Sending::Error(sent) => self.send_error(sent, room, now_ms),
             Sending::Known(left) => self.send_known(left, room, body, now_ms),
@@ -94,7 +100,11 @@ impl Connection {
                 (Extent::Open, None) => fields.line("Transfer-Encoding", "chunked"),
             }
         }
-        if self.closes {
+        if self.response.status == Status::SwitchingProtocols {
+            fields.line("Upgrade", "websocket");
+            fields.line("Connection", "Upgrade");
+            fields.line("Sec-WebSocket-Accept", core::str::from_utf8(self.socket.control()).unwrap_or_default());
+        } else if self.closes {
             fields.line("Connection", "close");
         } else if self.is_old {
             fields.line("Connection", "keep-alive");
@@ -114,6 +124,20 @@ impl Connection {
             self.sending = Sending::Error(sent + written as u16);
         }
         Step::Made(written)
+    }
+
+    fn send_frame(&mut self, kind: Option<Kind>, room: &mut [u8], body: &mut dyn Body) -> Step {
+        let piece = self.make_framed(room, |room| websocket::make(room, kind, body));
+        match piece.made {
+            Made::Failed => {
+                self.close(codes::FAULT);
+                return Step::Made(0);
+            }
+            Made::Last(_) => self.sending = Sending::Nothing,
+            Made::Part(_) if piece.count > 0 => self.sending = Sending::Message(None),
+            Made::Part(_) => {}
+        }
+        piece.step()
     }
 
     fn send_known(&mut self, left: u64, room: &mut [u8], body: &mut dyn Body, now_ms: u64) -> Step {
@@ -146,18 +170,7 @@ impl Connection {
     }
 
     fn send_chunk(&mut self, room: &mut [u8], body: &mut dyn Body, now_ms: u64) -> Step {
-        let piece = if room.len() >= BODY_ROOM + chunk::FRAME {
-            let (count, made) = chunk::make(room, body);
-            Piece { count, direct: count, made }
-        } else {
-            let mut made = (0, Made::Part(0));
-            self.stage.fill(|stage| {
-                let most = stage.len() - chunk::END.len();
-                made = chunk::make(stage.get_mut(..most).unwrap_or_default(), body);
-                made.0
-            });
-            Piece { count: made.0, direct: 0, made: made.1 }
-        };
+        let piece = self.make_framed(room, |room| chunk::make(room, body));
         match piece.made {
             Made::Failed => self.fail(),
             Made::Last(_) => {
@@ -186,6 +199,22 @@ impl Connection {
             let most = most.min(BODY_ROOM);
             piece.made = body.make(stage.get_mut(..most).unwrap_or_default());
             piece.count = count_of(piece.made, most);
+            piece.count
+        });
+        piece
+    }
+
+    /// Has a framed piece made, in the room, or in the stage where the room is too small for it.
+    fn make_framed(&mut self, room: &mut [u8], make: impl FnOnce(&mut [u8]) -> (usize, Made)) -> Piece {
+        if room.len() >= BODY_ROOM + chunk::FRAME {
+            let (count, made) = make(room);
+            return Piece { count, direct: count, made };
+        }
+        let mut piece = Piece { count: 0, direct: 0, made: Made::Part(0) };
+        self.stage.fill(|stage| {
+            // The end of all chunks may have to follow.
+            let most = stage.len() - chunk::END.len();
+            (piece.count, piece.made) = make(stage.get_mut(..most).unwrap_or_default());
             piece.count
         });
         piece

@@ -3,3 +3,4 @@
 mod answers;
 mod life;
 mod refusals;
+mod sockets;
