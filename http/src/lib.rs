@@ -9,13 +9,17 @@
 #![forbid(unsafe_code)]
 
 mod body;
+mod conditional;
 mod connection;
+mod credentials;
 mod fields;
 pub mod limits;
 mod method;
+mod origin;
 pub mod percent;
 mod request;
 mod response;
+mod routes;
 pub mod security;
 mod status;
 #[cfg(test)]
@@ -27,11 +31,15 @@ mod websocket;
 mod window;
 
 pub use body::{Body, Empty, Made, Slice};
+pub use conditional::Selection;
 pub use connection::{Connection, Event, Life};
+pub use credentials::{SetCookie, bearer, cookie, is_same};
 pub use fields::Fields;
 pub use method::{Method, Methods};
+pub use origin::Known;
 pub use request::{Head, Length, Query, Request, Upgrade};
 pub use response::{Cache, EntityTag, Extent, Part, Response};
+pub use routes::{Content, Found, Role, Route, Routes};
 pub use status::Status;
 pub use websocket::{Kind, codes};
 pub use window::Window;
