@@ -37,6 +37,7 @@ mod tools;
 mod transfers;
 mod unknown_words;
 mod usb_sessions;
+mod web_sessions;
 
 #[path = "../src/features/automatic_outputs/scenarios.rs"]
 mod automatic_outputs;

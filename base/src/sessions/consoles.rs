@@ -12,8 +12,10 @@ pub enum ConsoleKind {
     Serial,
     /// A USB serial port.
     Usb,
-    /// A Telnet or WebSocket connection.
+    /// A Telnet connection.
     Network,
+    /// The board's own web server, a program that asks for others: behind each answer comes a mark.
+    Web,
     /// RTT, or a test's memory.
     Memory,
 }

@@ -7,6 +7,7 @@ use heapless::{Deque, Vec};
 use program::Dialect;
 use units::Micros;
 
+use super::marks::{Marks, Unmarked};
 use super::periodic::Periods;
 use super::{INBOX_BYTES, Inbox, LineBytes, Listing, Received};
 use crate::grbl::framing::{BANNER, Framing};
@@ -40,6 +41,8 @@ pub struct Session {
     output: Output,
     /// Converter of the output to GRBL's lines, in GRBL's dialect.
     framing: Framing,
+    /// Marks behind answers, where the peer is a program.
+    marks: Marks,
     /// Decoder of line numbers and checksums.
     pub decoder: Decoder,
     /// Dialect of the session's lines and answers.
@@ -91,6 +94,7 @@ impl Session {
             line: None,
             output: Output { bytes: Deque::new() },
             framing: Framing::new(),
+            marks: Marks::new(false),
             decoder: Decoder::new(),
             dialect: Dialect::Smoothie,
             grbl_banner: BANNER,
@@ -121,13 +125,14 @@ impl Session {
         self.line = None;
         self.output.bytes.clear();
         self.framing = Framing::new();
+        self.marks = Marks::new(profile.kind == ConsoleKind::Web);
         self.decoder = Decoder::new();
         self.rights = profile.rights;
         (self.stop_requested, self.broke_off_file) = (false, false);
         self.periods = Periods::NONE;
         self.waits_for_room = false;
         (self.lost, self.too_long) = (0, false);
-        self.is_patient = matches!(profile.kind, ConsoleKind::Usb | ConsoleKind::Network);
+        self.is_patient = matches!(profile.kind, ConsoleKind::Usb | ConsoleKind::Network | ConsoleKind::Web);
         self.visits = visits;
     }
 
@@ -135,6 +140,7 @@ impl Session {
     pub(super) fn leave(&mut self, visits: u32) {
         self.output.bytes.clear();
         self.framing = Framing::new();
+        self.marks = Marks::new(self.marks.are_on());
         // Other peers may have come and gone since then, unseen.
         self.left_at = if self.has_somebody() { self.visits.wrapping_add(1) } else { visits };
         self.visits = visits;
@@ -252,8 +258,14 @@ impl Session {
             return None;
         }
         self.looked_at = true;
-        self.framing.owe();
+        self.owe();
         self.line.as_ref()
+    }
+
+    /// Notes that a line has been taken, which is owed one answer.
+    const fn owe(&mut self) {
+        self.framing.owe();
+        self.marks.owe();
     }
 
     /// Forgets the waiting line, which has been answered.
@@ -267,7 +279,7 @@ impl Session {
         let line = self.line.take();
         self.busy |= line.is_some();
         self.line_visits = self.visits;
-        self.framing.owe();
+        self.owe();
         self.waits_for_room = false;
         line
     }
@@ -301,12 +313,21 @@ impl Session {
         self.periods.take_due(self.dialect, self.busy, now)
     }
 
-    /// Answers with `ok` a line that ended without an answer, as well as its listing, in GRBL's dialect.
+    /// Answers with `ok` a line that ended without an answer, as well as its listing, in GRBL's dialect; and
+    /// with a mark, where there are marks.
     pub fn settle(&mut self) {
-        if self.dialect == Dialect::Grbl && !self.busy && self.listing.is_none() {
+        if self.busy || self.listing.is_some() {
+            return;
+        }
+        if self.dialect == Dialect::Grbl {
             let Self { framing, output, .. } = self;
             // Writing to the output cannot fail.
             let _ = framing.settle(output);
+        }
+        if let Some(mark) = self.marks.settle() {
+            // A mark that does not fit is missed with the text before it; the output has room for a line's
+            // answer whenever a line is taken.
+            let _ = self.output.bytes.push_back(mark);
         }
     }
 
@@ -325,7 +346,7 @@ impl Session {
         } else {
             return None;
         };
-        self.framing.owe();
+        self.owe();
         Some(lost)
     }
 
@@ -375,9 +396,10 @@ impl Session {
     }
 
     fn write(&mut self, text: fmt::Arguments<'_>, is_reply: bool) {
-        let Self { framing, output, .. } = self;
+        let Self { framing, marks, output, .. } = self;
         // Writing to the output cannot fail.
         let _ = match self.dialect {
+            _ if marks.are_on() => Unmarked(output).write_fmt(text),
             Dialect::Grbl => Framed { framing, output, is_reply }.write_fmt(text),
             _ => output.write_fmt(text),
         };
@@ -385,6 +407,7 @@ impl Session {
 
     /// Refuses the line that was taken.
     pub fn refuse(&mut self, reason: Reason, why: fmt::Arguments<'_>) {
+        self.marks.refuse();
         let Self { framing, output, .. } = self;
         // Writing to the output cannot fail.
         let _ = match self.dialect {

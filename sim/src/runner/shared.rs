@@ -86,7 +86,7 @@ impl Shared {
         let profiles: Vec<SessionProfile> = consoles.into_iter().chain(setup.visitors.iter().copied()).collect();
         let inbox = |(place, profile): (usize, &SessionProfile)| {
             let inbox: Box<Inbox> = match profile.kind {
-                ConsoleKind::Network => Box::<InboxOf<NETWORK_INBOX_BYTES>>::default(),
+                ConsoleKind::Network | ConsoleKind::Web => Box::<InboxOf<NETWORK_INBOX_BYTES>>::default(),
                 ConsoleKind::Serial | ConsoleKind::Usb | ConsoleKind::Memory => Box::<InboxOf<INBOX_BYTES>>::default(),
             };
             // Visitors connect only later.

@@ -1,0 +1,72 @@
+//! Sessions of the board's own web server: each line is answered by one mark, whatever is said before it.
+
+use base::sessions::{ConsoleKind, Rights, SessionId, SessionProfile};
+use scenarios::{Bench, CARTESIAN, Plan};
+
+const PAGE: SessionId = SessionId(2);
+const DONE: &str = "\u{6}";
+const REFUSED: &str = "\u{15}";
+
+fn page() -> Bench {
+    let profile = SessionProfile { kind: ConsoleKind::Web, rights: Rights::Operate, dialect: None, greeting: "" };
+    let mut bench = Plan::new(CARTESIAN).file("sub.g", "M118 hello\n").visitor(profile).start();
+    bench.set_open(PAGE, true);
+    bench.hear_on(PAGE, 0.1);
+    bench
+}
+
+fn ask(bench: &mut Bench, line: &str) -> String {
+    bench.type_on(PAGE, &format!("{line}\n"));
+    bench.hear_on(PAGE, 0.5)
+}
+
+#[test]
+fn each_line_is_answered_by_one_mark() {
+    let mut bench = page();
+    for line in [
+        "M105",
+        "G28.3 X0 Y0 Z0",
+        "G1 X1 F6000",
+        "M114",
+        "?",
+        "help",
+        "version",
+        "M503",
+        "ls",
+        "M23 sub.g",
+        "; a comment",
+        "",
+    ] {
+        let said = ask(&mut bench, line);
+        assert!(said.ends_with(DONE) && said.matches(DONE).count() == 1 && !said.contains(REFUSED), "{line}: {said:?}");
+    }
+}
+
+#[test]
+fn a_refused_line_has_another_mark() {
+    let mut bench = page();
+    for line in ["M104 S9999", "G1 X[", "rm sub.g", "nonsense here", "M23 none.g"] {
+        let said = ask(&mut bench, line);
+        assert!(
+            said.ends_with(REFUSED) && said.matches(REFUSED).count() == 1 && !said.contains(DONE),
+            "{line}: {said:?}"
+        );
+        assert!(said.len() > 5, "{line}: says why: {said:?}");
+    }
+}
+
+#[test]
+fn a_mark_comes_when_the_line_is_done() {
+    let mut bench = page();
+    bench.type_on(PAGE, "G4 P1500\n");
+    assert_eq!(bench.hear_on(PAGE, 1.0).replace("ok\n", ""), "");
+    assert!(bench.hear_on(PAGE, 1.0).ends_with(DONE));
+}
+
+#[test]
+fn no_text_has_a_mark_in_it() {
+    let mut bench = page();
+    bench.say("M118 a\u{6}b\u{15}c");
+    let said = bench.hear_on(PAGE, 0.2);
+    assert!(said.contains("abc") && !said.contains(DONE) && !said.contains(REFUSED), "{said:?}");
+}
