@@ -1,4 +1,5 @@
-//! A web server's protocols over bytes: HTTP/1.1 (RFC 9110, RFC 9112) and WebSocket (RFC 6455).
+//! A web server's protocols over bytes: HTTP/1.1 (RFC 9110, RFC 9112), WebSocket (RFC 6455) and JSON
+//! (RFC 8259).
 //!
 //! Bytes come in as they arrive, bytes go out into whatever room there is, and the time is an argument: no
 //! code here waits, allocates, or knows a socket. A [`Connection`] is what is kept of one: some 300 bytes.
@@ -13,6 +14,7 @@ mod conditional;
 mod connection;
 mod credentials;
 mod fields;
+pub mod json;
 pub mod limits;
 mod method;
 mod origin;

@@ -36,3 +36,9 @@ pub const FRAME_BYTES: usize = 1_024;
 pub const PING_MS: u64 = 10_000;
 /// Time for the answer to a ping, milliseconds: a phone that sleeps is gone after half a minute.
 pub const PONG_MS: u64 = 10_000;
+/// Greatest depth of arrays and objects in JSON: calls have five.
+pub const DEPTH: usize = 16;
+/// Longest key of a JSON object, bytes: the fields of Moonraker have up to 30.
+pub const KEY_BYTES: usize = 60;
+/// Longest number in JSON, characters: what is longer says more than 64 bits hold.
+pub const NUMBER_BYTES: u8 = 40;
