@@ -1,0 +1,253 @@
+// The methods of docs/api.md on the mock machine.
+import type { Changes, Job, Method, Params, Preflight, Result, Role, Setting, UpdateState } from "../src/api/types";
+import { ROLES } from "../src/api/types";
+import { check, readCodes, readSettings } from "./data";
+import type { Card } from "./files";
+import { run } from "./gcode";
+import type { Machine } from "./machine";
+
+export class Failure extends Error {
+  readonly code: number;
+  constructor(code: number, text: string) { super(text); this.code = code; }
+}
+export interface Client { role: Role; watches: Set<string>; told: Map<string, string> }
+
+type Handlers = { [M in Method]?: (params: Params<M>, client: Client) => Result<M> | Promise<Result<M>> };
+const ORDER: Role[] = ["Nobody", "Watch", "Operate", "Own"];
+
+export class Api {
+  readonly machine: Machine;
+  readonly card: Card;
+  readonly settings: Setting[];
+  readonly started = Date.now();
+  notify: (method: string, ...params: unknown[]) => void = () => undefined;
+  private readonly codes: Record<string, string>;
+  private lines: Result<"server.gcode_store">["gcode_store"] = [];
+  private jobs: Job[] = [];
+  private readonly store = new Map<string, { temperatures: number[]; targets: number[]; powers: number[] }>();
+  private update: UpdateState;
+
+  constructor(machine: Machine, card: Card, web: string) {
+    this.machine = machine;
+    this.card = card;
+    this.settings = readSettings(web);
+    this.codes = readCodes(web);
+    const firmware = (version: string, commit: string) => ({ version, commit, bytes: 1438720, signed_by: "release" });
+    this.update = {
+      running: firmware("0.9.2", "59acdf77"), trial: { left_s: 600 }, previous: firmware("0.9.1", "a7e0bb03"),
+      offered: { ...firmware("0.9.3", "722774a6"), path: "flashme.bin", refused: null },
+    };
+    for (let at = 0; at < 40; at++) this.jobs.push(pastJob(at));
+    this.fillStore();
+    machine.said = (text) => this.say(text);
+    machine.ended = (status) => this.jobEnded(status);
+  }
+
+  say(message: string): void {
+    this.lines.push({ message, time: Date.now() / 1000, type: "response" });
+    this.notify("notify_gcode_response", message);
+  }
+
+  private fillStore(): void {
+    for (const name of this.heaterNames()) {
+      this.store.set(name, { temperatures: Array(240).fill(22), targets: Array(240).fill(0), powers: Array(240).fill(0) });
+    }
+    this.store.set("temperature_sensor board", { temperatures: Array(240).fill(38.4), targets: [], powers: [] });
+  }
+  private heaterNames(): string[] { return this.machine.world.heaters.available_heaters; }
+
+  /** Once a second: one point more of each temperature. */
+  keepTemperatures(): void {
+    for (const [name, series] of this.store) {
+      const heater = this.machine.world[name as "extruder"];
+      if (!heater) continue;
+      series.temperatures.push(Number(heater.temperature.toFixed(2)));
+      series.targets.push(heater.target ?? 0);
+      series.powers.push(heater.power ?? 0);
+      for (const list of Object.values(series)) while (list.length > 600) list.shift();
+    }
+  }
+
+  private jobStarted(filename: string): void {
+    const job: Job = { job_id: String(this.jobs.length + 1).padStart(6, "0"), filename, status: "in_progress", start_time: Date.now() / 1000, end_time: null, print_duration: 0, total_duration: 0, filament_used: 0 };
+    this.jobs.unshift(job);
+    this.notify("notify_history_changed", { action: "added", job });
+  }
+  private jobEnded(status: Job["status"]): void {
+    const job = this.jobs[0];
+    if (!job || job.status !== "in_progress") return;
+    const { print_duration, total_duration, filament_used } = this.machine.world.print_stats;
+    Object.assign(job, { status, end_time: Date.now() / 1000, print_duration, total_duration, filament_used });
+    this.notify("notify_history_changed", { action: "finished", job });
+  }
+
+  async answer(method: string, params: unknown, client: Client): Promise<unknown> {
+    const role = ROLES[method as Method];
+    const handler = this.handlers[method as Method] as ((params: unknown, client: Client) => unknown) | undefined;
+    if (!role || !handler) throw new Failure(-32601, `Method not found: ${method}`);
+    if (ORDER.indexOf(client.role) < ORDER.indexOf(role)) throw new Failure(401, client.role === "Nobody" ? "Log in first." : "That is for who has logged in.");
+    return await handler(params ?? {}, client);
+  }
+
+  pick(objects: Record<string, string[] | null>): Record<string, object> {
+    const world = this.machine.world as unknown as Record<string, Record<string, unknown>>;
+    const out: Record<string, object> = {};
+    for (const [name, fields] of Object.entries(objects)) {
+      const all = world[name];
+      if (all) out[name] = fields ? Object.fromEntries(fields.map((field) => [field, all[field]])) : all;
+    }
+    return out;
+  }
+  now(): number { return (Date.now() - this.started) / 1000; }
+
+  private async script(text: string): Promise<"ok"> {
+    for (const line of text.split("\n").filter((one) => one.trim())) {
+      this.lines.push({ message: line, time: Date.now() / 1000, type: "command" });
+      if (line.trim() === "MOCK_FAULT") {
+        this.machine.halt({ code: "heater", text: "heater hotend: temperature fell by 24 C in a second while heating", remedy: "The sensor has come off, or its wire is broken. Let it cool, look at the thermistor of the hot end, then unlock." });
+        continue;
+      }
+      const said = run(this.machine, line);
+      if (said.startsWith("error")) { this.say(`!! ${said.slice(7)}`); throw new Failure(400, said.slice(7)); }
+      this.say(said);
+    }
+    return "ok";
+  }
+
+  changed(action: string, path: string, from?: string): { item: { root: string; path: string }; action: string } {
+    const said = { action, item: { root: "gcodes", path }, ...(from ? { source_item: { root: "gcodes", path: from } } : {}) };
+    this.notify("notify_filelist_changed", said);
+    return said;
+  }
+
+  private file(path: string): string {
+    const inner = path.replace(/^gcodes\/?/, "");
+    if (!this.card.files.has(inner)) throw new Failure(404, `There is no file ${path}.`);
+    return inner;
+  }
+
+  private move(source: string, dest: string) {
+    const from = this.file(source);
+    const to = dest.replace(/^gcodes\/?/, "");
+    if (this.card.files.has(to)) throw new Failure(409, `There is a file ${to} already.`);
+    this.card.files.set(to, this.card.files.get(from)!);
+    this.card.files.delete(from);
+    return this.changed("move_file", to, from);
+  }
+
+  private preflight(path: string): Preflight {
+    const text = this.card.files.get(this.file(path))!.bytes.toString("latin1");
+    const lines = text.split("\n");
+    const findings: Preflight["findings"] = [];
+    const { axis_maximum } = this.machine.world.toolhead;
+    lines.forEach((line, index) => {
+      const x = Number(/X(-?[\d.]+)/.exec(line)?.[1] ?? 0);
+      if (/^G[01]/.test(line) && x > axis_maximum[0]!) {
+        findings.push({ line: index + 1, level: "stops", text: `machine X ${x.toFixed(3)} is out of travel, which ends at ${axis_maximum[0]!.toFixed(3)} ([soft endstop] x_max)`, remedy: "place the part elsewhere, or correct x_max" });
+      }
+    });
+    if (lines.length > 4000) findings.push({ line: 22, level: "warning", text: "Z is asked for 50.0 mm/s and limited to 15.0 mm/s", remedy: "slice for that speed, or raise the limit" });
+    return { findings, lines: lines.length, whole: true, seconds: this.card.metadata(this.file(path))?.estimated_time ?? null, minimum: [80, 80, 0.2], maximum: [140, 140, 20] };
+  }
+
+  private set(changes: Changes): Result<"velvet.settings.set"> {
+    const findings = check(this.settings, changes);
+    const stored = !findings.some((one) => one.level === "error");
+    if (stored) {
+      for (const [name, value] of Object.entries(changes)) {
+        const one = this.settings.find((setting) => `${setting.section}/${setting.key}` === name)!;
+        Object.assign(one, { value: value ?? one.default ?? "", is_set: value !== null });
+      }
+    }
+    return { findings, restart: stored, stored };
+  }
+
+  private readonly handlers: Handlers = {
+    "server.connection.identify": () => ({ connection_id: 1 }),
+    "server.info": () => ({ klippy_connected: true, klippy_state: this.machine.world.webhooks.state, components: ["file_manager", "history", "authorization"], moonraker_version: "v0.10.0-0-velvet" }),
+    "printer.info": () => ({ state: this.machine.world.webhooks.state, state_message: "", hostname: this.machine.isMill ? "velvet-mill" : "velvet", software_version: "velvet-0.9.2", app: "Velvet" }),
+    "printer.objects.list": () => ({ objects: Object.keys(this.machine.world) }),
+    "printer.objects.query": ({ objects }) => ({ eventtime: this.now(), status: this.pick(objects) }),
+    "printer.objects.subscribe": ({ objects }, client) => {
+      client.watches = new Set(Object.keys(objects));
+      client.told.clear();
+      return { eventtime: this.now(), status: this.pick(objects) };
+    },
+    "printer.gcode.script": ({ script }) => this.script(script),
+    "printer.gcode.help": () => this.codes,
+    "printer.emergency_stop": () => { run(this.machine, "M112"); return "ok"; },
+    "printer.firmware_restart": () => { this.machine.unlock(); return "ok"; },
+    "printer.print.start": ({ filename }) => {
+      const refused = this.machine.mode === "Alarm" ? "the machine is halted; unlock it first" : this.machine.startJob(filename);
+      if (refused) throw new Failure(400, refused);
+      this.jobStarted(filename);
+      return "ok";
+    },
+    "printer.print.pause": () => { this.machine.pause(); return "ok"; },
+    "printer.print.resume": () => { this.machine.resume(); return "ok"; },
+    "printer.print.cancel": () => { this.machine.cancel(); return "ok"; },
+    "server.files.list": () => [...this.card.files].map(([path, one]) => ({ path, modified: one.modified, size: one.bytes.length, permissions: "rw" })),
+    "server.files.get_directory": ({ path }) => this.card.list(path.replace(/^gcodes\/?/, "")),
+    "server.files.metadata": ({ filename }) => this.card.metadata(this.file(filename))!,
+    "server.files.delete_file": ({ path }) => { const inner = this.file(path); this.card.files.delete(inner); return this.changed("delete_file", inner); },
+    "server.files.delete_directory": ({ path }) => {
+      const inner = path.replace(/^gcodes\/?/, "");
+      for (const name of [...this.card.files.keys()]) if (name.startsWith(`${inner}/`)) this.card.files.delete(name);
+      this.card.folders.delete(inner);
+      return this.changed("delete_dir", inner);
+    },
+    "server.files.move": ({ source, dest }) => this.move(source, dest),
+    "server.files.post_directory": ({ path }) => { const inner = path.replace(/^gcodes\/?/, ""); this.card.folders.add(inner); return this.changed("create_dir", inner); },
+    "server.temperature_store": () => Object.fromEntries(this.store),
+    "server.gcode_store": ({ count }) => ({ gcode_store: this.lines.slice(-count) }),
+    "server.history.list": ({ limit, start }) => ({ count: this.jobs.length, jobs: this.jobs.slice(start, start + limit) }),
+    "server.history.totals": () => ({ job_totals: { total_jobs: 412, total_time: 3.1e6, total_print_time: 2.7e6, total_filament_used: 1.9e6, longest_job: 61000, longest_print: 58000 } }),
+    "access.post_api_key": () => "4f1c8e0a9b7d4c55a2e3f6b1d0987c24",
+    "velvet.jog.step": ({ axis, mm, mm_per_min }) => {
+      const refused = this.machine.moveBy(axis, mm, mm_per_min);
+      if (refused) throw new Failure(400, refused);
+      return "ok";
+    },
+    "velvet.jog.start": ({ axis, direction, mm_per_min }) => ({ id: this.machine.startJog(axis, direction, mm_per_min) }),
+    "velvet.jog.beat": ({ id }) => { this.machine.beat(id); return "ok"; },
+    "velvet.jog.stop": ({ id }) => { this.machine.stopJog(id); return "ok"; },
+    "velvet.override.set": (given) => {
+      const overrides = { ...this.machine.world.velvet.overrides, ...given };
+      this.machine.change({ overrides });
+      this.machine.world.gcode_move.speed_factor = overrides.feed;
+      return "ok";
+    },
+    "velvet.path.since": ({ seq }) => {
+      const { path, pathStart } = this.machine;
+      const from = Math.max(0, seq - pathStart);
+      const points = path.slice(from, from + 1500);
+      return { next: pathStart + from + points.length, lost: seq < pathStart, points };
+    },
+    "velvet.settings.list": ({ start }) => {
+      const settings = this.settings.slice(start, start + 40);
+      return { settings, next: start + 40 < this.settings.length ? start + 40 : null, total: this.settings.length };
+    },
+    "velvet.settings.get": ({ section, key }) => {
+      const found = this.settings.find((one) => one.section === section && one.key === key);
+      if (!found) throw new Failure(404, "There is no such setting.");
+      return found;
+    },
+    "velvet.settings.check": ({ changes }) => ({ findings: check(this.settings, changes), restart: true }),
+    "velvet.settings.set": ({ changes }) => this.set(changes),
+    "velvet.preflight": ({ path }) => this.preflight(path),
+    "velvet.update.state": () => this.update,
+    "velvet.update.install": () => { this.update = { ...this.update, previous: this.update.running, running: this.update.offered!, offered: null, trial: { left_s: 600 } }; return "ok"; },
+    "velvet.update.confirm": () => { this.update = { ...this.update, trial: null }; return "ok"; },
+    "velvet.update.back": () => { this.update = { ...this.update, running: this.update.previous!, previous: null, trial: null }; return "ok"; },
+  };
+}
+
+function pastJob(at: number): Job {
+  const start = Date.now() / 1000 - 7200 - at * 40000;
+  const took = 1800 + ((at * 7919) % 14000);
+  const names = ["ribbon-vase.gcode", "parts/bracket-left.gcode", "tall-vase.gcode", "parts/bracket-right.gcode", "calibration/first-layer.gcode"];
+  return {
+    job_id: String(40 - at).padStart(6, "0"), filename: names[at % 5]!, status: at % 9 === 4 ? "cancelled" : at % 13 === 7 ? "error" : "completed",
+    start_time: start, end_time: start + took, print_duration: took * 0.95, total_duration: took, filament_used: took * 1.3,
+  };
+}

@@ -1,0 +1,300 @@
+// The board's API as TypeScript: docs/api.md in types. Page, mock board and tests share this one file.
+
+export type Role = "Nobody" | "Watch" | "Operate" | "Own";
+export type MachineKind = "printer" | "mill" | "lathe" | "laser";
+export type Mode = "Idle" | "Run" | "Hold" | "Jog" | "Alarm" | "Door" | "Check" | "Home" | "Sleep";
+export type Axis = "x" | "y" | "z" | "a" | "b" | "c";
+export type Level = "info" | "warning" | "error";
+
+/** Nothing to hand over, nothing to tell. */
+export type Nothing = Record<string, never>;
+export type Ok = "ok";
+
+export interface Webhooks { state: "startup" | "ready" | "error" | "shutdown"; state_message: string }
+export interface Toolhead {
+  position: number[];
+  homed_axes: string;
+  axis_minimum: number[];
+  axis_maximum: number[];
+  max_velocity: number;
+  max_accel: number;
+  extruder?: string;
+}
+export interface GcodeMove {
+  speed_factor: number;
+  extrude_factor: number;
+  speed: number;
+  gcode_position: number[];
+  homing_origin: number[];
+  absolute_coordinates: boolean;
+  absolute_extrude: boolean;
+}
+export interface MotionReport { live_position: number[]; live_velocity: number; live_extruder_velocity?: number }
+export interface Heater { temperature: number; target: number; power: number; can_extrude?: boolean; max_temp?: number }
+export interface Heaters { available_heaters: string[]; available_sensors: string[] }
+export interface Fan { speed: number; rpm: number | null }
+export interface PrintStats {
+  filename: string;
+  state: "standby" | "printing" | "paused" | "complete" | "cancelled" | "error";
+  print_duration: number;
+  total_duration: number;
+  filament_used: number;
+  message: string;
+  info: { current_layer: number | null; total_layer: number | null };
+}
+export interface VirtualSdcard {
+  file_path: string | null;
+  progress: number;
+  is_active: boolean;
+  file_position: number;
+  file_size: number;
+}
+export interface DisplayStatus { progress: number; message: string | null }
+export interface BedMesh {
+  profile_name: string;
+  mesh_min: number[];
+  mesh_max: number[];
+  probed_matrix: number[][];
+  mesh_matrix: number[][];
+}
+export interface IdleTimeout { state: "Idle" | "Printing" | "Ready"; printing_time: number }
+
+export interface Fault { code: string; text: string; remedy: string; since: number }
+export interface Offset { name: string; at: number[] }
+export interface Tool { number: number; name: string; length: number }
+export interface Spindle { rpm: number; target: number; direction: "off" | "clockwise" | "counterclockwise"; max_rpm: number }
+export interface Macro { name: string; label: string; script: string; group: string; confirm: boolean }
+export interface Message { time: number; level: Level; text: string }
+/** What Moonraker has no words for. */
+export interface Velvet {
+  machine: MachineKind;
+  mode: Mode;
+  fault: Fault | null;
+  axes: Axis[];
+  work_position: number[];
+  coordinates: { active: string; offsets: Offset[] };
+  tool: Tool | null;
+  spindle: Spindle | null;
+  laser: { power: number; on: boolean } | null;
+  coolant: { flood: boolean; mist: boolean } | null;
+  overrides: { feed: number; rapid: number; spindle: number };
+  limits: Record<string, boolean>;
+  probe: { is_triggered: boolean; last: number[] | null } | null;
+  macros: Macro[];
+  messages: Message[];
+}
+
+/** Every object by name. Heaters, fans and sensors beyond these are named by a prefix: `heater_generic chamber`. */
+export interface Objects {
+  webhooks: Webhooks;
+  toolhead: Toolhead;
+  gcode_move: GcodeMove;
+  motion_report: MotionReport;
+  extruder: Heater;
+  heater_bed: Heater;
+  heaters: Heaters;
+  fan: Fan;
+  print_stats: PrintStats;
+  virtual_sdcard: VirtualSdcard;
+  display_status: DisplayStatus;
+  bed_mesh: BedMesh;
+  idle_timeout: IdleTimeout;
+  velvet: Velvet;
+}
+export type ObjectName = keyof Objects;
+export type Status = { [name: string]: object };
+
+export interface FileEntry { filename: string; size: number; modified: number; permissions: string }
+export interface FolderEntry { dirname: string; size: number; modified: number; permissions: string }
+export interface Directory {
+  dirs: FolderEntry[];
+  files: FileEntry[];
+  disk_usage: { total: number; used: number; free: number };
+  root_info: { name: string; permissions: string };
+}
+export interface Thumbnail { width: number; height: number; size: number; relative_path: string }
+export interface Metadata {
+  filename: string;
+  size: number;
+  modified: number;
+  slicer?: string;
+  estimated_time?: number;
+  layer_height?: number;
+  object_height?: number;
+  filament_total?: number;
+  filament_type?: string;
+  first_layer_extr_temp?: number;
+  first_layer_bed_temp?: number;
+  thumbnails?: Thumbnail[];
+}
+export interface Series { temperatures: number[]; targets?: number[]; powers?: number[] }
+export interface StoreLine { message: string; time: number; type: "command" | "response" }
+export interface Job {
+  job_id: string;
+  filename: string;
+  status: "in_progress" | "completed" | "cancelled" | "error" | "klippy_shutdown";
+  start_time: number;
+  end_time: number | null;
+  print_duration: number;
+  total_duration: number;
+  filament_used: number;
+}
+export interface Totals {
+  total_jobs: number;
+  total_time: number;
+  total_print_time: number;
+  total_filament_used: number;
+  longest_job: number;
+  longest_print: number;
+}
+
+export interface Setting {
+  section: string;
+  key: string;
+  type: "boolean" | "number" | "integer" | "text" | "pin" | "choice";
+  value: string;
+  default: string | null;
+  /** Written in the configuration, not only the default. */
+  is_set: boolean;
+  unit?: string;
+  min?: number;
+  max?: number;
+  choices?: string[];
+  help: string;
+  /** When a change acts. */
+  acts: "now" | "restart";
+}
+export interface SettingFinding { key: string; level: Level; text: string }
+export type Changes = Record<string, string | null>;
+
+export interface Finding { line: number; file?: string; level: "stops" | "warning" | "note"; text: string; remedy: string }
+export interface Preflight { findings: Finding[]; lines: number; whole: boolean; seconds: number | null; minimum?: number[]; maximum?: number[] }
+
+export interface Firmware { version: string; commit: string; bytes: number; signed_by: string | null }
+export interface UpdateState {
+  running: Firmware;
+  trial: { left_s: number } | null;
+  previous: Firmware | null;
+  offered: (Firmware & { path: string; refused: string | null }) | null;
+}
+export interface PathPiece { next: number; lost: boolean; points: number[][] }
+export interface PasswordStep { state: "confirm"; shown_on: string; expires_s: number }
+export interface AccessInfo { login_required: boolean; password_set: boolean; role: Role; default_source: string; available_sources: string[] }
+export interface User { username: string | null; source: string; created_on: number; role: Role }
+
+/** Parameters, result and role of each method: the table of docs/api.md. */
+export interface Methods {
+  "server.connection.identify": [{ client_name: string; version: string; type: string; url: string }, { connection_id: number }];
+  "server.info": [Nothing, { klippy_connected: boolean; klippy_state: string; components: string[]; moonraker_version: string }];
+  "printer.info": [Nothing, { state: string; state_message: string; hostname: string; software_version: string; app: string }];
+  "printer.objects.list": [Nothing, { objects: string[] }];
+  "printer.objects.query": [{ objects: Record<string, string[] | null> }, { eventtime: number; status: Status }];
+  "printer.objects.subscribe": [{ objects: Record<string, string[] | null> }, { eventtime: number; status: Status }];
+  "printer.gcode.script": [{ script: string }, Ok];
+  "printer.gcode.help": [Nothing, Record<string, string>];
+  "printer.emergency_stop": [Nothing, Ok];
+  "printer.firmware_restart": [Nothing, Ok];
+  "printer.print.start": [{ filename: string }, Ok];
+  "printer.print.pause": [Nothing, Ok];
+  "printer.print.resume": [Nothing, Ok];
+  "printer.print.cancel": [Nothing, Ok];
+  "server.files.list": [{ root: string }, { path: string; modified: number; size: number; permissions: string }[]];
+  "server.files.get_directory": [{ path: string }, Directory];
+  "server.files.metadata": [{ filename: string }, Metadata];
+  "server.files.delete_file": [{ path: string }, { item: { root: string; path: string }; action: string }];
+  "server.files.delete_directory": [{ path: string; force: boolean }, { item: { root: string; path: string }; action: string }];
+  "server.files.move": [{ source: string; dest: string }, { item: { root: string; path: string }; action: string }];
+  "server.files.post_directory": [{ path: string }, { item: { root: string; path: string }; action: string }];
+  "server.temperature_store": [Nothing, Record<string, Series>];
+  "server.gcode_store": [{ count: number }, { gcode_store: StoreLine[] }];
+  "server.history.list": [{ limit: number; start: number }, { count: number; jobs: Job[] }];
+  "server.history.totals": [Nothing, { job_totals: Totals }];
+  "access.info": [Nothing, AccessInfo];
+  "access.get_user": [Nothing, User];
+  "access.login": [{ username: string; password: string }, { username: string; role: Role; action: string }];
+  "access.logout": [Nothing, { username: string; action: string }];
+  "access.post_api_key": [{ name: string }, string];
+  "velvet.password.set": [{ password: string } | { code: string }, PasswordStep | Ok];
+  "velvet.jog.step": [{ axis: Axis; mm: number; mm_per_min: number }, Ok];
+  "velvet.jog.start": [{ axis: Axis; direction: 1 | -1; mm_per_min: number }, { id: number }];
+  "velvet.jog.beat": [{ id: number }, Ok];
+  "velvet.jog.stop": [{ id: number }, Ok];
+  "velvet.override.set": [{ feed?: number; rapid?: number; spindle?: number }, Ok];
+  "velvet.path.since": [{ seq: number }, PathPiece];
+  "velvet.settings.list": [{ start: number }, { settings: Setting[]; next: number | null; total: number }];
+  "velvet.settings.get": [{ section: string; key: string }, Setting];
+  "velvet.settings.check": [{ changes: Changes }, { findings: SettingFinding[]; restart: boolean }];
+  "velvet.settings.set": [{ changes: Changes }, { findings: SettingFinding[]; restart: boolean; stored: boolean }];
+  "velvet.preflight": [{ path: string }, Preflight];
+  "velvet.update.state": [Nothing, UpdateState];
+  "velvet.update.install": [{ path: string }, Ok];
+  "velvet.update.confirm": [Nothing, Ok];
+  "velvet.update.back": [Nothing, Ok];
+}
+export type Method = keyof Methods;
+export type Params<M extends Method> = Methods[M][0];
+export type Result<M extends Method> = Methods[M][1];
+
+/** Who may call a method: everybody with this role or a higher one. */
+export const ROLES: { [M in Method]: Role } = {
+  "server.connection.identify": "Nobody",
+  "access.info": "Nobody",
+  "access.login": "Nobody",
+  "access.get_user": "Nobody",
+  "access.logout": "Watch",
+  "velvet.password.set": "Nobody",
+  "server.info": "Watch",
+  "printer.info": "Watch",
+  "printer.objects.list": "Watch",
+  "printer.objects.query": "Watch",
+  "printer.objects.subscribe": "Watch",
+  "printer.gcode.help": "Watch",
+  "printer.emergency_stop": "Watch",
+  "server.files.list": "Watch",
+  "server.files.get_directory": "Watch",
+  "server.files.metadata": "Watch",
+  "server.temperature_store": "Watch",
+  "server.gcode_store": "Watch",
+  "server.history.list": "Watch",
+  "server.history.totals": "Watch",
+  "velvet.path.since": "Watch",
+  "velvet.settings.list": "Watch",
+  "velvet.settings.get": "Watch",
+  "velvet.settings.check": "Watch",
+  "velvet.preflight": "Watch",
+  "velvet.update.state": "Watch",
+  "printer.gcode.script": "Operate",
+  "printer.firmware_restart": "Operate",
+  "printer.print.start": "Operate",
+  "printer.print.pause": "Operate",
+  "printer.print.resume": "Operate",
+  "printer.print.cancel": "Operate",
+  "server.files.post_directory": "Operate",
+  "velvet.override.set": "Operate",
+  "velvet.jog.step": "Operate",
+  "velvet.jog.start": "Operate",
+  "velvet.jog.beat": "Operate",
+  "velvet.jog.stop": "Operate",
+  "server.files.delete_file": "Own",
+  "server.files.delete_directory": "Own",
+  "server.files.move": "Own",
+  "access.post_api_key": "Own",
+  "velvet.settings.set": "Own",
+  "velvet.update.install": "Own",
+  "velvet.update.confirm": "Own",
+  "velvet.update.back": "Own",
+};
+
+export interface Notifications {
+  notify_status_update: [Status, number];
+  notify_klippy_ready: [];
+  notify_klippy_shutdown: [];
+  notify_klippy_disconnected: [];
+  notify_gcode_response: [string];
+  notify_filelist_changed: [{ action: string; item: { root: string; path: string }; source_item?: { root: string; path: string } }];
+  notify_history_changed: [{ action: "added" | "finished"; job: Job }];
+  notify_proc_stat_update: [{ system_cpu_usage?: { cpu: number }; cpu_temp?: number }];
+}
+export type Notification = keyof Notifications;
+
+export interface RpcError { code: number; message: string }

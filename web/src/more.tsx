@@ -1,0 +1,2 @@
+// The second file: all views.
+export const views = {};
