@@ -9,6 +9,7 @@ mod consoles;
 mod inbox;
 mod listing;
 mod marks;
+mod output;
 mod periodic;
 mod reply;
 mod session;
@@ -27,9 +28,9 @@ pub use periodic::Periodic;
 pub use reply::Reply;
 pub use session::{Rights, Session};
 
-/// Most sessions that a board can have: debug UART, two auxiliary UARTs, two USB serial ports, RTT, and four
-/// of the network.
-pub const MAX_SESSIONS: usize = 10;
+/// Most sessions that a board can have: debug UART, two auxiliary UARTs, two USB serial ports, RTT, four of
+/// the network, and that of the page.
+pub const MAX_SESSIONS: usize = 11;
 /// Time without taking anything after which a listener counts as none, and its output is dropped.
 const LISTENER_TIMEOUT: Micros = Micros::from_seconds(2);
 

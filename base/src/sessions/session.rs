@@ -3,19 +3,18 @@
 use core::fmt::{self, Write};
 
 use gcode::{Decoder, Gathered, LineBuffer};
-use heapless::{Deque, Vec};
+use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::marks::{Marks, Unmarked};
+use super::marks::{Marks, REFUSED, Unmarked};
+use super::output::{OUTPUT_BYTES, Output};
 use super::periodic::Periods;
 use super::{INBOX_BYTES, Inbox, LineBytes, Listing, Received};
 use crate::grbl::framing::{BANNER, Framing};
 use crate::reason::Reason;
 use crate::sessions::{ConsoleKind, SessionProfile};
 
-/// Bytes of output by which a session can be behind; more than the longest reply of one line.
-const OUTPUT_BYTES: usize = 2_048;
 /// Waiting output, bytes, above which a session gets no turn.
 const OUTPUT_AHEAD: usize = 512;
 /// Waiting output, bytes, below which a status report is written.
@@ -92,7 +91,7 @@ impl Session {
         Self {
             gathering: LineBuffer::new(),
             line: None,
-            output: Output { bytes: Deque::new() },
+            output: Output::new(),
             framing: Framing::new(),
             marks: Marks::new(false),
             decoder: Decoder::new(),
@@ -365,6 +364,11 @@ impl Session {
     pub fn clear_line(&mut self) {
         self.gathering.clear();
         self.line = None;
+        if self.marks.are_on() {
+            // A line that is dropped is not done.
+            self.marks = Marks::new(true);
+            let _ = self.output.bytes.push_back(REFUSED);
+        }
     }
 
     /// Drops the session's lines and the answers owed to them, as GRBL's reset does.
@@ -471,12 +475,6 @@ impl Session {
     }
 }
 
-/// Output that waits to be sent.
-#[derive(Debug)]
-struct Output {
-    bytes: Deque<u8, OUTPUT_BYTES>,
-}
-
 /// Text output in GRBL's dialect.
 struct Framed<'s> {
     framing: &'s mut Framing,
@@ -487,18 +485,5 @@ struct Framed<'s> {
 impl Write for Framed<'_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         self.framing.pass(text, self.is_reply, self.output)
-    }
-}
-
-impl Write for Output {
-    /// Writes whole pieces or nothing: a reader that fell 2 kB behind gets gaps between words, never within.
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        if text.len() <= OUTPUT_BYTES - self.bytes.len() {
-            for byte in text.bytes() {
-                // Writing fits, as the length was checked.
-                let _ = self.bytes.push_back(byte);
-            }
-        }
-        Ok(())
     }
 }
