@@ -31,7 +31,7 @@ mod tests;
 mod wire;
 
 pub use line::{Line, Role, Visitor};
-pub use memory::Memory;
+pub use memory::{Memory, STREAM_BYTES};
 pub use network::{Network, Peers};
 pub use news::{Loss, News, Origin};
 pub use password::{RECORD_BYTES, Record, SALT_BYTES, WORD_BYTES};

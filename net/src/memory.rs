@@ -17,7 +17,7 @@ const DOOR_BYTES: usize = 128;
 /// Sockets: consoles, doors, web connections, DHCP, mDNS, and the one that asks for names and time.
 const SOCKETS: usize = LINES + Service::ALL.len() + STREAMS + 3;
 /// Bytes that a web connection holds each way: what comes in holds the head of a request.
-const STREAM_BYTES: usize = 2_048;
+pub const STREAM_BYTES: usize = 2_048;
 /// Bytes that are looked at in one piece.
 pub const SCRATCH_BYTES: usize = if LINE_BYTES > STREAM_BYTES { LINE_BYTES } else { STREAM_BYTES };
 /// Option of DHCP that tells the board's name (RFC 2132 section 3.14).

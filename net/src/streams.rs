@@ -36,8 +36,9 @@ pub trait Streams {
     /// A peer has come.
     fn open(&mut self, place: usize, from: Ipv4Addr, now: u64);
 
-    /// Takes bytes that have come. Returns how many; the rest is offered again.
-    fn receive(&mut self, place: usize, bytes: &[u8], now: u64) -> usize;
+    /// Takes bytes that have come, and may change them. Returns how many it took; the rest is offered again,
+    /// as it was.
+    fn receive(&mut self, place: usize, bytes: &mut [u8], now: u64) -> usize;
 
     /// The peer sends nothing any more.
     fn hear_end(&mut self, place: usize);
@@ -173,9 +174,10 @@ impl Place {
             self.stage = Stage::Open;
             server.open(number, remote(socket), micros);
         }
+        let scratch_bytes = scratch.len();
         let waiting = socket.peek_slice(scratch).unwrap_or(0);
         let mut used = 0;
-        while let Some(bytes) = scratch.get(used..waiting).filter(|bytes| !bytes.is_empty()) {
+        while let Some(bytes) = scratch.get_mut(used..waiting).filter(|bytes| !bytes.is_empty()) {
             let taken = server.receive(number, bytes, micros);
             if taken == 0 {
                 break;
@@ -191,7 +193,14 @@ impl Place {
             self.stage = Stage::HalfClosed;
             server.hear_end(number);
         }
-        let _open = socket.send(|room| (server.transmit(number, room, micros), ()));
+        // The server gets all free room in one piece, and may wait for more than there is.
+        let free = socket.send_capacity() - socket.send_queue();
+        if socket.may_send()
+            && let Some(room) = scratch.get_mut(..free.min(scratch_bytes)).filter(|room| !room.is_empty())
+        {
+            let written = server.transmit(number, room, micros).min(room.len());
+            let _all = socket.send_slice(room.get(..written).unwrap_or_default());
+        }
         match server.wish(number, micros) {
             Wish::Open => {}
             Wish::Finish => {

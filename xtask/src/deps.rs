@@ -66,6 +66,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("net", &[]),
     // Bytes to requests, answers to bytes: sockets, files and the machine are handed in.
     ("http", &[]),
+    // Requests to what the machine shows and does: sockets are handed in, the machine is a snapshot and a
+    // console.
+    ("site", &["base", "http", "program", "units"]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
     // controller is driven by `card::sd`, the Ethernet transceiver by `drivers`; the flash is what `update`
     // writes to.
@@ -90,7 +93,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "update",
             "usb",
             "net",
-            "net",
+            "site",
             "bsp-prime",
         ],
     ),
@@ -173,6 +176,7 @@ const PURE: &[&str] = &[
     "usb",
     "net",
     "http",
+    "site",
 ];
 
 /// Crates of the board itself. Neither they nor the pure crates wait but by a call: whoever calls them does.

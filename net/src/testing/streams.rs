@@ -40,10 +40,10 @@ impl Streams for TestStreams {
         self.from.push(from);
     }
 
-    fn receive(&mut self, place: usize, bytes: &[u8], _now: u64) -> usize {
+    fn receive(&mut self, place: usize, bytes: &mut [u8], _now: u64) -> usize {
         let echo = self.of(place);
         let count = bytes.len().min(MOST - echo.queue.len());
-        echo.queue.extend(&bytes[..count]);
+        echo.queue.extend(bytes[..count].iter());
         echo.dies |= bytes == b"die\n";
         count
     }

@@ -1,0 +1,222 @@
+//! Calls of JSON-RPC 2.0, read out of messages that come in pieces.
+
+use base::snapshot::Snapshot;
+use heapless::String;
+use http::json::{Parser, Token};
+
+use crate::objects::{self, Objects};
+
+/// Longest script of a call, bytes.
+pub const SCRIPT_BYTES: usize = 512;
+/// Longest name of a method, and longest id that is a text.
+const METHOD_BYTES: usize = 40;
+const ID_BYTES: usize = 24;
+
+/// Codes of errors (JSON-RPC 2.0 section 5.1), and Moonraker's for what the machine refuses.
+pub mod codes {
+    /// The message is no JSON.
+    pub const PARSE: i32 = -32_700;
+    /// The message is no call.
+    pub const INVALID: i32 = -32_600;
+    /// There is no such method.
+    pub const METHOD: i32 = -32_601;
+    /// Parameters are missing, or of another type.
+    pub const PARAMETERS: i32 = -32_602;
+    /// The machine refuses what the call asks for.
+    pub const REFUSED: i32 = 400;
+    /// The visitor may not.
+    pub const FORBIDDEN: i32 = 403;
+    /// There is no place for the call at present.
+    pub const BUSY: i32 = 503;
+}
+
+/// Id of a call, which its answer repeats.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Id {
+    /// Number that the caller has counted.
+    Number(i64),
+    /// Text of the caller's own.
+    Text(String<ID_BYTES>),
+}
+
+/// Method of a call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    Identify,
+    ServerInfo,
+    PrinterInfo,
+    ListObjects,
+    QueryObjects,
+    Subscribe,
+    Script,
+    EmergencyStop,
+    Pause,
+    Resume,
+    Cancel,
+}
+
+/// All methods by their names.
+const METHODS: [(&str, Method); 11] = [
+    ("server.connection.identify", Method::Identify),
+    ("server.info", Method::ServerInfo),
+    ("printer.info", Method::PrinterInfo),
+    ("printer.objects.list", Method::ListObjects),
+    ("printer.objects.query", Method::QueryObjects),
+    ("printer.objects.subscribe", Method::Subscribe),
+    ("printer.gcode.script", Method::Script),
+    ("printer.emergency_stop", Method::EmergencyStop),
+    ("printer.print.pause", Method::Pause),
+    ("printer.print.resume", Method::Resume),
+    ("printer.print.cancel", Method::Cancel),
+];
+
+impl Method {
+    fn named(name: &str) -> Option<Self> {
+        METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method)
+    }
+}
+
+/// A call that is whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Call {
+    /// Method that is called.
+    pub method: Method,
+    /// Objects that it is about.
+    pub objects: Objects,
+}
+
+/// Member of a call that is being read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Member {
+    #[default]
+    Other,
+    Method,
+    Id,
+    Params,
+}
+
+/// Parameter that is being read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Parameter {
+    #[default]
+    Other,
+    Objects,
+    Script,
+}
+
+/// Reader of a call.
+#[derive(Clone, Debug)]
+pub struct Reader {
+    parser: Parser,
+    member: Member,
+    parameter: Parameter,
+    method: String<METHOD_BYTES>,
+    /// Id, once it was read.
+    pub id: Option<Id>,
+    objects: Objects,
+    /// Script of the call.
+    pub script: String<SCRIPT_BYTES>,
+    /// Whether something was longer than there is room for, and whether the message is no JSON.
+    is_too_long: bool,
+    is_broken: bool,
+}
+
+impl Default for Reader {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Reader {
+    /// Makes a reader for a message that begins.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            parser: Parser::new(),
+            member: Member::Other,
+            parameter: Parameter::Other,
+            method: String::new(),
+            id: None,
+            objects: 0,
+            script: String::new(),
+            is_too_long: false,
+            is_broken: false,
+        }
+    }
+
+    /// Takes a piece of the message.
+    pub fn read(&mut self, mut bytes: &[u8], of: &Snapshot) {
+        let Self { parser, member, parameter, method, id, objects, script, is_too_long, is_broken } = self;
+        loop {
+            let depth = parser.depth();
+            let token = match parser.next(&mut bytes) {
+                Ok(Some(token)) => token,
+                Ok(None) => return,
+                Err(_) => {
+                    *is_broken = true;
+                    return;
+                }
+            };
+            match (depth, token) {
+                (1, Token::Key(key)) => {
+                    *member = match key {
+                        "method" => Member::Method,
+                        "id" => Member::Id,
+                        "params" => Member::Params,
+                        _ => Member::Other,
+                    };
+                }
+                (1, Token::Text(text, _)) if *member == Member::Method => {
+                    *is_too_long |= method.push_str(text).is_err()
+                }
+                (1, Token::Text(text, _)) if *member == Member::Id => *is_too_long |= add_to_id(id, text),
+                (1, Token::Number(number)) if *member == Member::Id => *id = number.as_i64().map(Id::Number),
+                (2, Token::Key(key)) if *member == Member::Params => {
+                    *parameter = match key {
+                        "objects" => Parameter::Objects,
+                        "script" => Parameter::Script,
+                        _ => Parameter::Other,
+                    };
+                }
+                (2, Token::Text(text, _)) if *member == Member::Params && *parameter == Parameter::Script => {
+                    *is_too_long |= script.push_str(text).is_err();
+                }
+                (3, Token::Key(name)) if *member == Member::Params && *parameter == Parameter::Objects => {
+                    *objects |= objects::named(name, of);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Ends the message. Returns its call.
+    ///
+    /// # Errors
+    /// Code and text of the error, when the message is no call.
+    pub fn end(&mut self) -> Result<Call, (i32, &'static str)> {
+        if self.is_broken || self.parser.finish().is_err() {
+            return Err((codes::PARSE, "the message is no JSON"));
+        }
+        if self.is_too_long {
+            return Err((codes::INVALID, "the call is too long: send scripts of more than 512 bytes as a file"));
+        }
+        if self.method.is_empty() {
+            return Err((codes::INVALID, "the message names no method; batches are not taken"));
+        }
+        let method = Method::named(&self.method).ok_or((codes::METHOD, "there is no such method"))?;
+        Ok(Call { method, objects: self.objects })
+    }
+}
+
+/// Adds a piece of text to an id. Returns whether it is too long.
+fn add_to_id(id: &mut Option<Id>, text: &str) -> bool {
+    match id {
+        Some(Id::Text(id)) => id.push_str(text).is_err(),
+        Some(Id::Number(_)) | None => {
+            let first = String::try_from(text);
+            let is_too_long = first.is_err();
+            *id = Some(Id::Text(first.unwrap_or_default()));
+            is_too_long
+        }
+    }
+}

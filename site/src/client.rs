@@ -1,0 +1,108 @@
+//! A WebSocket's visitor: calls that come in, answers and notifications that go out.
+
+use base::snapshot::Snapshot;
+use heapless::Deque;
+
+use crate::calls::Reader;
+use crate::console::Console;
+use crate::objects::{self, MAX_OBJECTS, Objects};
+use crate::reply::{Content, Reply};
+
+/// Answers that wait to be sent. While there is no place for another, nothing more is read.
+const REPLIES: usize = 4;
+
+/// State of a visitor.
+#[derive(Debug)]
+pub struct Client {
+    /// Message that is being read, if one has begun.
+    pub reader: Option<Reader>,
+    replies: Deque<Reply, REPLIES>,
+    /// Reply that is being sent.
+    pub sending: Option<Reply>,
+    /// Objects that are told of when they change.
+    subscribed: Objects,
+    /// Hash of each object as it was told last.
+    told: [u32; MAX_OBJECTS],
+    /// Number of the state that was looked at last.
+    looked: u32,
+    /// Place up to which the machine's words were passed on.
+    pub heard: u32,
+    /// State of the machine that was told last.
+    pub klippy_state: &'static str,
+}
+
+impl Client {
+    /// Makes the state of a visitor who has come, and hears what is said from now on.
+    #[must_use]
+    pub const fn new(heard: u32, klippy_state: &'static str) -> Self {
+        Self {
+            reader: None,
+            replies: Deque::new(),
+            sending: None,
+            subscribed: 0,
+            told: [0; MAX_OBJECTS],
+            looked: 0,
+            heard,
+            klippy_state,
+        }
+    }
+
+    /// Returns whether another call can be answered.
+    #[must_use]
+    pub fn has_room(&self) -> bool {
+        !self.replies.is_full()
+    }
+
+    /// Queues an answer behind those that wait.
+    pub fn reply(&mut self, reply: Reply) {
+        // Room was looked at, or the visitor misses an outcome while taking none of four answers.
+        let _ = self.replies.push_back(reply);
+    }
+
+    /// Takes the next answer.
+    fn next_reply(&mut self) -> Option<Reply> {
+        self.replies.pop_front()
+    }
+
+    /// Has the visitor told of objects when they change, beginning with these states.
+    pub fn subscribe(&mut self, objects: Objects, hashes: &[u32; MAX_OBJECTS]) {
+        self.subscribed = objects;
+        self.told = *hashes;
+    }
+
+    /// Returns the notification of what has changed, if anything has that the visitor is told of. `number` is
+    /// that of the state.
+    fn changes(&mut self, hashes: &[u32; MAX_OBJECTS], number: u32) -> Option<Reply> {
+        if core::mem::replace(&mut self.looked, number) == number || self.subscribed == 0 {
+            return None;
+        }
+        let pairs = self.told.iter().zip(hashes).enumerate();
+        let changed = pairs.filter(|(_, (told, now))| told != now).fold(0, |set, (place, _)| set | 1 << place);
+        let changed = changed & self.subscribed;
+        self.told = *hashes;
+        (changed != 0).then(|| Reply::message(None, Content::Changed(changed)))
+    }
+
+    /// Returns the next message to the visitor: answers first, then what the machine says and how it is.
+    pub fn next_message(
+        &mut self,
+        console: &Console,
+        snapshot: &Snapshot,
+        hashes: &[u32; MAX_OBJECTS],
+        number: u32,
+    ) -> Option<Reply> {
+        if let Some(reply) = self.next_reply() {
+            return Some(reply);
+        }
+        let state = objects::klippy_state(snapshot.state);
+        if core::mem::replace(&mut self.klippy_state, state) != state {
+            let method = if state == "ready" { "notify_klippy_ready" } else { "notify_klippy_shutdown" };
+            return Some(Reply::message(None, Content::Notice(method)));
+        }
+        if let Some((line, next)) = console.line(self.heard) {
+            self.heard = next;
+            return Some(Reply::message(None, Content::Said(line)));
+        }
+        self.changes(hashes, number)
+    }
+}

@@ -1,0 +1,22 @@
+//! Velvet's site: its page, and an API over HTTP and WebSocket that tells how the machine is and has it work.
+//!
+//! The API is JSON-RPC 2.0 in Moonraker's words. Bytes come in and go out, the time is an argument; sockets
+//! are outside this crate, and so is the machine: it is shown as a [`base::snapshot::Snapshot`], takes lines
+//! from the site's console, and answers there.
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+
+mod assets;
+mod calls;
+mod client;
+mod console;
+mod objects;
+mod reply;
+mod routes;
+mod site;
+#[cfg(test)]
+mod tests;
+
+pub use calls::SCRIPT_BYTES;
+pub use http::{Life, Role};
+pub use site::{CLIENTS, EmergencyStop, PERIOD_MS, Site};

@@ -1,0 +1,247 @@
+//! Answers and notifications, made as they go.
+
+use base::snapshot::Snapshot;
+use heapless::String;
+use http::json::{Next, Parts, Writer};
+use http::{Body, Made};
+
+use crate::calls::Id;
+use crate::console::LINE_BYTES;
+use crate::objects::{self, MAX_OBJECTS, Objects};
+
+/// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
+/// machine.
+const PART_ROOM: usize = 640;
+
+/// Facts about the board that answers tell.
+#[derive(Clone, Copy, Debug)]
+pub struct Facts<'f> {
+    /// Name in the network.
+    pub host: &'f str,
+    /// Version of the firmware.
+    pub version: &'f str,
+}
+
+/// Content of a message or of an answer.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// The call is done.
+    Done,
+    /// Number of the connection.
+    Connection(u32),
+    /// State of the server.
+    Server,
+    /// State of the machine, in short.
+    Printer,
+    /// Names of all objects.
+    Names,
+    /// Objects with their fields.
+    State(Objects),
+    /// Error: code and text.
+    Error(i32, &'static str),
+    /// Notification: objects that have changed.
+    Changed(Objects),
+    /// Notification: the machine said a line.
+    Said(String<LINE_BYTES>),
+    /// Notification without content, by its method.
+    Notice(&'static str),
+}
+
+/// Answer or notification, as far as it is out.
+#[derive(Clone, Debug)]
+pub struct Reply {
+    /// Id of the call that is answered; none over HTTP, and with notifications.
+    id: Option<Id>,
+    /// Whether this goes over a WebSocket.
+    is_message: bool,
+    content: Content,
+    parts: Parts,
+}
+
+impl Reply {
+    /// Makes the answer to a call of a WebSocket.
+    #[must_use]
+    pub const fn message(id: Option<Id>, content: Content) -> Self {
+        Self { id, is_message: true, content, parts: Parts::new() }
+    }
+
+    /// Makes the answer to a request of HTTP.
+    #[must_use]
+    pub const fn answer(content: Content) -> Self {
+        Self { id: None, is_message: false, content, parts: Parts::new() }
+    }
+}
+
+/// Body of a reply, with what it tells of.
+pub struct ReplyBody<'r> {
+    /// Reply that is made.
+    pub reply: &'r mut Reply,
+    /// The machine as it was shown last.
+    pub snapshot: &'r Snapshot,
+    /// Facts about the board.
+    pub facts: Facts<'r>,
+    /// Time since the start, milliseconds.
+    pub now_ms: u64,
+}
+
+impl Body for ReplyBody<'_> {
+    fn make(&mut self, room: &mut [u8]) -> Made {
+        if room.len() < PART_ROOM {
+            return Made::Part(0);
+        }
+        let Self { reply: Reply { id, is_message, content, parts }, snapshot, facts, now_ms } = self;
+        let tells =
+            Tells { id: id.as_ref(), is_message: *is_message, content, snapshot, facts: *facts, now_ms: *now_ms };
+        parts.make(room, |part, json| tells.write(part, json))
+    }
+}
+
+/// Facts and state that a part is made of.
+struct Tells<'t> {
+    id: Option<&'t Id>,
+    is_message: bool,
+    content: &'t Content,
+    snapshot: &'t Snapshot,
+    facts: Facts<'t>,
+    now_ms: u64,
+}
+
+impl Tells<'_> {
+    /// Writes a part: the first has all but the objects, of which each is a part; the last ends the text.
+    fn write(&self, part: u32, json: &mut Writer<'_, '_>) -> Next {
+        let objects = match self.content {
+            Content::State(objects) | Content::Changed(objects) => *objects,
+            _ => 0,
+        };
+        if part == 0 {
+            self.begin(json);
+        } else if objects == 0 || part as usize > MAX_OBJECTS {
+            self.end(json);
+            return Next::End;
+        } else if objects & 1 << (part - 1) != 0 {
+            objects::write(part as usize - 1, self.snapshot, json);
+        }
+        Next::Part
+    }
+
+    fn begin(&self, json: &mut Writer<'_, '_>) {
+        json.begin_object();
+        if self.is_message {
+            json.key("jsonrpc");
+            json.text("2.0");
+        }
+        match self.content {
+            Content::Changed(_) => {
+                begin_notification("notify_status_update", json);
+                json.begin_object();
+            }
+            Content::Said(line) => {
+                begin_notification("notify_gcode_response", json);
+                json.text(line);
+            }
+            Content::Notice(method) => begin_notification(method, json),
+            Content::Error(code, message) => {
+                json.key("error");
+                json.begin_object();
+                json.key("code");
+                json.signed(i64::from(*code));
+                json.key("message");
+                json.text(message);
+                json.end_object();
+            }
+            _ => {
+                json.key("result");
+                self.begin_result(json);
+            }
+        }
+    }
+
+    fn begin_result(&self, json: &mut Writer<'_, '_>) {
+        let Self { snapshot, facts, .. } = self;
+        match self.content {
+            Content::Connection(number) => {
+                json.begin_object();
+                json.key("connection_id");
+                json.number(u64::from(*number));
+                json.end_object();
+            }
+            Content::Server => {
+                json.begin_object();
+                pair("klippy_state", objects::klippy_state(snapshot.state), json);
+                json.key("klippy_connected");
+                json.bool(true);
+                pair("moonraker_version", facts.version, json);
+                pair("api_version_string", "1.5.0", json);
+                json.end_object();
+            }
+            Content::Printer => {
+                json.begin_object();
+                pair("state", objects::klippy_state(snapshot.state), json);
+                pair("hostname", facts.host, json);
+                pair("software_version", facts.version, json);
+                pair("app", "Velvet", json);
+                json.end_object();
+            }
+            Content::Names => {
+                json.begin_object();
+                json.key("objects");
+                json.begin_array();
+                (0..MAX_OBJECTS).filter_map(|place| objects::name(place, snapshot)).for_each(|name| json.text(&name));
+                json.end_array();
+                json.end_object();
+            }
+            Content::State(_) => {
+                json.begin_object();
+                json.key("eventtime");
+                json.fixed(self.now_ms as i64, 3);
+                json.key("status");
+                json.begin_object();
+            }
+            _ => json.text("ok"),
+        }
+    }
+
+    fn end(&self, json: &mut Writer<'_, '_>) {
+        match self.content {
+            Content::State(_) => {
+                json.end_object();
+                json.end_object();
+            }
+            Content::Changed(_) => {
+                json.end_object();
+                json.fixed(self.now_ms as i64, 3);
+                json.end_array();
+            }
+            Content::Said(_) | Content::Notice(_) => json.end_array(),
+            _ => {}
+        }
+        match self.id {
+            Some(Id::Number(number)) => {
+                json.key("id");
+                json.signed(*number);
+            }
+            Some(Id::Text(text)) => {
+                json.key("id");
+                json.text(text);
+            }
+            // An error that answers no call it could name (JSON-RPC 2.0 section 5).
+            None if self.is_message && matches!(self.content, Content::Error(..)) => {
+                json.key("id");
+                json.null();
+            }
+            None => {}
+        }
+        json.end_object();
+    }
+}
+
+fn begin_notification(method: &str, json: &mut Writer<'_, '_>) {
+    pair("method", method, json);
+    json.key("params");
+    json.begin_array();
+}
+
+fn pair(name: &str, value: &str, json: &mut Writer<'_, '_>) {
+    json.key(name);
+    json.text(value);
+}

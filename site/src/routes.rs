@@ -1,0 +1,47 @@
+//! Table of what may be asked over HTTP.
+
+use http::{Content, Method, Role, Route, Routes};
+
+/// Work of a route.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Handler {
+    /// WebSocket of the API.
+    Socket,
+    ServerInfo,
+    PrinterInfo,
+    ListObjects,
+    QueryObjects,
+    /// A file of the page.
+    Page,
+}
+
+const fn get(path: &'static str, role: Role, help: &'static str, handler: Handler) -> Route<Handler> {
+    Route { method: Method::Get, path, role, content: Content::Nothing, body_bytes: 0, help, handler }
+}
+
+/// All routes: the first row that fits is taken.
+pub const ROUTES: Routes<Handler> = Routes(&[
+    get("/websocket", Role::Watch, "the API, as JSON-RPC 2.0 over a WebSocket", Handler::Socket),
+    get("/server/info", Role::Watch, "state of the server", Handler::ServerInfo),
+    get("/printer/info", Role::Watch, "state of the machine, in short", Handler::PrinterInfo),
+    get("/printer/objects/list", Role::Watch, "names of all objects of the machine's state", Handler::ListObjects),
+    get("/printer/objects/query", Role::Watch, "objects of the machine's state", Handler::QueryObjects),
+    get("/*", Role::Nobody, "the page", Handler::Page),
+]);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_route_hides_another() {
+        assert_eq!(ROUTES.hidden(), None);
+    }
+
+    #[test]
+    fn nobody_gets_the_page_and_nothing_else() {
+        for (route, role, admitted) in ROUTES.matrix() {
+            assert_eq!(admitted.is_ok(), role != Role::Nobody || route.handler == Handler::Page, "{}", route.path);
+        }
+    }
+}

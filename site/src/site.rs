@@ -1,0 +1,445 @@
+//! The site: all its connections.
+
+use core::net::Ipv4Addr;
+
+use base::snapshot::Snapshot;
+use heapless::String;
+use http::{Connection, Event, Found, Known, Life, Request, Response, Role, Selection, Status};
+
+use crate::assets::{Asset, Counted};
+use crate::calls::{Call, Method, Reader, SCRIPT_BYTES, codes};
+use crate::client::Client;
+use crate::console::{Asker, Console};
+use crate::objects::{self, MAX_OBJECTS, Objects};
+use crate::reply::{Content, Facts, Reply, ReplyBody};
+use crate::routes::{Handler, ROUTES};
+
+/// Visitors of WebSockets at a time.
+pub const CLIENTS: usize = 4;
+/// Time between two states of the machine that visitors are told of, milliseconds.
+pub const PERIOD_MS: u64 = 250;
+/// Longest name of the board.
+const HOST_BYTES: usize = 72;
+
+/// Work of a connection.
+#[derive(Debug)]
+enum Work {
+    Nothing,
+    /// File of the page, from this byte to that.
+    Page(&'static [u8]),
+    /// Answer of the API.
+    Answer(Reply),
+    /// WebSocket of this client.
+    Socket(u8),
+}
+
+/// A connection and its work.
+#[derive(Debug)]
+struct Slot {
+    connection: Connection,
+    work: Work,
+    /// Answer that is due when the request is whole.
+    due: Option<Response>,
+}
+
+/// Place for a WebSocket's visitor.
+#[derive(Debug, Default)]
+struct Seat {
+    client: Option<Client>,
+    /// Number of the visit.
+    visit: u32,
+}
+
+/// Stop that a visitor asks for, which does not wait for lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EmergencyStop;
+
+/// The site, for `N` connections.
+#[derive(Debug)]
+pub struct Site<const N: usize> {
+    slots: [Option<Slot>; N],
+    seats: [Seat; CLIENTS],
+    console: Console,
+    snapshot: Snapshot,
+    /// Hash of each object, and the number of the state.
+    hashes: [u32; MAX_OBJECTS],
+    number: u32,
+    /// Time of the last state.
+    shown_ms: u64,
+    /// Role of every visitor.
+    role: Role,
+    /// Name of the board in the network, alone and with `.local`.
+    host: String<HOST_BYTES>,
+    full_host: String<HOST_BYTES>,
+    addresses: [[u8; 4]; 2],
+    version: &'static str,
+    stop: Option<EmergencyStop>,
+}
+
+impl<const N: usize> Site<N> {
+    /// Makes the site, without connections. `host` is the board's name in the network, without `.local`,
+    /// `role` is what visitors may do.
+    #[must_use]
+    pub fn new(host: &str, version: &'static str, role: Role) -> Self {
+        let mut site = Self {
+            slots: [const { None }; N],
+            seats: core::array::from_fn(|_| Seat::default()),
+            console: Console::new(),
+            snapshot: Snapshot::default(),
+            hashes: [0; MAX_OBJECTS],
+            number: 0,
+            shown_ms: 0,
+            role,
+            host: String::new(),
+            full_host: String::new(),
+            addresses: [[127, 0, 0, 1]; 2],
+            version,
+            stop: None,
+        };
+        site.set_host(host);
+        site
+    }
+
+    /// Sets the board's name in the network, without `.local`.
+    pub fn set_host(&mut self, host: &str) {
+        self.host = String::try_from(host).unwrap_or_default();
+        self.full_host.clone_from(&self.host);
+        // A name with it is as long as a label of DNS at the most.
+        let _ = self.full_host.push_str(".local");
+    }
+
+    /// Sets the board's address, which requests may name instead of the board.
+    pub const fn set_address(&mut self, address: Ipv4Addr) {
+        self.addresses[0] = address.octets();
+    }
+
+    /// Returns whether somebody wants to see the machine as it is now.
+    #[must_use]
+    pub fn wants_snapshot(&self, now_ms: u64) -> bool {
+        let is_looked_at = self.slots.iter().any(Option::is_some);
+        is_looked_at && (self.number == 0 || now_ms.saturating_sub(self.shown_ms) >= PERIOD_MS)
+    }
+
+    /// Takes the machine as it is now.
+    pub fn show(&mut self, snapshot: &Snapshot, now_ms: u64) {
+        self.snapshot.clone_from(snapshot);
+        (self.shown_ms, self.number) = (now_ms, self.number.wrapping_add(1).max(1));
+        for (place, hash) in self.hashes.iter_mut().enumerate() {
+            *hash = objects::hash(place, snapshot);
+        }
+    }
+
+    /// Returns the next line for the machine, if the one before is done.
+    pub fn next_line(&mut self) -> Option<String<SCRIPT_BYTES>> {
+        self.console.next_line()
+    }
+
+    /// Takes a visitor's request to stop at once.
+    pub const fn take_stop(&mut self) -> Option<EmergencyStop> {
+        self.stop.take()
+    }
+
+    /// Hears what the machine says.
+    pub fn hear(&mut self, bytes: &[u8]) {
+        self.console.hear(bytes);
+        while let Some(outcome) = self.console.take_outcome() {
+            let Some(seat) = self.seats.get_mut(usize::from(outcome.asker.place)) else { continue };
+            if let Some(client) = seat.client.as_mut().filter(|_| seat.visit == outcome.asker.visit) {
+                let content = if outcome.is_refused {
+                    Content::Error(codes::REFUSED, "the machine refused: the console says why")
+                } else {
+                    Content::Done
+                };
+                client.reply(Reply::message(outcome.id, content));
+            }
+        }
+    }
+
+    /// A peer has connected.
+    pub fn open(&mut self, place: usize, buffer_bytes: usize, now_ms: u64) {
+        if let Some(slot) = self.slots.get_mut(place) {
+            *slot = Some(Slot { connection: Connection::new(buffer_bytes, now_ms), work: Work::Nothing, due: None });
+        }
+    }
+
+    /// The connection has ended.
+    pub fn close(&mut self, place: usize) {
+        let slot = self.slots.get_mut(place).and_then(Option::take);
+        if let Some(Slot { work: Work::Socket(seat), .. }) = slot {
+            self.leave(seat);
+        }
+    }
+
+    /// The peer sends nothing any more.
+    pub fn hear_end(&mut self, place: usize) {
+        if let Some(slot) = self.slots.get_mut(place).and_then(Option::as_mut) {
+            slot.connection.hear_end();
+        }
+    }
+
+    /// Returns what is to become of the connection.
+    pub fn life(&mut self, place: usize, now_ms: u64) -> Life {
+        self.slots.get_mut(place).and_then(Option::as_mut).map_or(Life::Abort, |slot| slot.connection.poll(now_ms))
+    }
+
+    fn leave(&mut self, seat: u8) {
+        if let Some(seat) = self.seats.get_mut(usize::from(seat)) {
+            (seat.client, seat.visit) = (None, seat.visit.wrapping_add(1));
+        }
+    }
+
+    /// Takes bytes of a connection. Returns how many.
+    pub fn receive(&mut self, place: usize, bytes: &mut [u8], now_ms: u64) -> usize {
+        let Some(mut slot) = self.slots.get_mut(place).and_then(Option::take) else { return bytes.len() };
+        let used = self.receive_in(&mut slot, bytes, now_ms);
+        if let Some(free) = self.slots.get_mut(place) {
+            *free = Some(slot);
+        }
+        used
+    }
+
+    fn receive_in(&mut self, slot: &mut Slot, bytes: &mut [u8], now_ms: u64) -> usize {
+        let mut used = 0;
+        loop {
+            if let Work::Socket(seat) = slot.work
+                && !self
+                    .seats
+                    .get(usize::from(seat))
+                    .and_then(|seat| seat.client.as_ref())
+                    .is_some_and(Client::has_room)
+            {
+                slot.connection.hold(now_ms);
+                return used;
+            }
+            let Slot { connection, work, due } = &mut *slot;
+            let (taken, event) = connection.receive(bytes.get_mut(used..).unwrap_or_default(), now_ms);
+            used += taken;
+            match event {
+                Event::Nothing => return used,
+                Event::Request(request) => {
+                    let began = self.begin(&request);
+                    match began {
+                        Begun::Answer(response, next) => (*due, *work) = (Some(response), next),
+                        Begun::Refuse(status, message) => {
+                            (*due, *work) = (None, Work::Nothing);
+                            connection.respond_error(refusal(status, &request), message);
+                        }
+                        Begun::Upgrade => {
+                            if connection.upgrade(&request) {
+                                *work = self.seat().map_or(Work::Nothing, Work::Socket);
+                            }
+                        }
+                    }
+                }
+                Event::Body(_) => {}
+                Event::End => {
+                    if let Some(response) = due.take() {
+                        connection.respond(response);
+                    }
+                }
+                Event::Refused(_) => *work = Work::Nothing,
+                Event::Message { is_first, is_last, bytes, .. } => {
+                    if let Work::Socket(seat) = *work {
+                        self.read_message(seat, (is_first, is_last), bytes);
+                    }
+                }
+                Event::Closed(_) => {
+                    if let Work::Socket(seat) = core::mem::replace(work, Work::Nothing) {
+                        self.leave(seat);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Decides on a request whose head is whole.
+    fn begin(&self, request: &Request<'_>) -> Begun {
+        let names = [self.host.as_str(), self.full_host.as_str(), "localhost"];
+        let known = Known { names: &names, addresses: &self.addresses, origins: &[] };
+        if let Err(status) = known.check(request) {
+            return Begun::Refuse(status, "this is not the page of this board");
+        }
+        let (route, _) = match ROUTES.find(request.head.method, request.path) {
+            Found::Route(route, rest) => (route, rest),
+            Found::WrongMethod(_) => return Begun::Refuse(Status::MethodNotAllowed, "the path knows other methods"),
+            Found::Nothing => return Begun::Refuse(Status::NotFound, "there is nothing of this name"),
+        };
+        if let Err(status) = route.admit(self.role) {
+            return Begun::Refuse(status, "the password is wanted first");
+        }
+        let json = |content| Begun::Answer(Response::json(Status::Ok), Work::Answer(Reply::answer(content)));
+        match route.handler {
+            Handler::Socket if self.seats.iter().all(|seat| seat.client.is_some()) => {
+                Begun::Refuse(Status::ServiceUnavailable, "as many pages as can be are open: close another one")
+            }
+            Handler::Socket => Begun::Upgrade,
+            Handler::ServerInfo => json(Content::Server),
+            Handler::PrinterInfo => json(Content::Printer),
+            Handler::ListObjects => json(Content::Names),
+            Handler::QueryObjects => json(Content::State(self.objects_of(request))),
+            Handler::Page => page(request),
+        }
+    }
+
+    /// Returns the objects that a query names: `?toolhead&extruder=temperature`; without names, none.
+    fn objects_of(&self, request: &Request<'_>) -> Objects {
+        let mut room = [0; objects::NAME_BYTES];
+        request.query.iter().fold(0, |set, (name, _)| {
+            set | http::percent::decode(name, true, &mut room).map_or(0, |name| objects::named(name, &self.snapshot))
+        })
+    }
+
+    /// Finds a seat for a visitor who has come.
+    fn seat(&mut self) -> Option<u8> {
+        let (heard, state) = (self.console.end(), objects::klippy_state(self.snapshot.state));
+        let (place, seat) = self.seats.iter_mut().enumerate().find(|(_, seat)| seat.client.is_none())?;
+        seat.client = Some(Client::new(heard, state));
+        Some(place as u8)
+    }
+
+    /// Takes a piece of a visitor's message.
+    fn read_message(&mut self, seat: u8, (is_first, is_last): (bool, bool), bytes: &[u8]) {
+        let Self { seats, snapshot, .. } = self;
+        let Some(client) = seats.get_mut(usize::from(seat)).and_then(|seat| seat.client.as_mut()) else { return };
+        if is_first {
+            client.reader = Some(Reader::new());
+        }
+        if let Some(reader) = &mut client.reader {
+            reader.read(bytes, snapshot);
+        }
+        if is_last && let Some(reader) = client.reader.take() {
+            self.call(seat, reader);
+        }
+    }
+
+    /// Carries out a call.
+    fn call(&mut self, place: u8, mut reader: Reader) {
+        let read = reader.end();
+        let Reader { id, script, .. } = reader;
+        let content = match read {
+            Err((code, message)) => Some(Content::Error(code, message)),
+            Ok(call) => self.carry_out(place, call, id.as_ref(), &script),
+        };
+        let client = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut());
+        if let (Some(client), Some(content)) = (client, content) {
+            client.reply(Reply::message(id, content));
+        }
+    }
+
+    /// Carries out a call; none: the answer comes when the machine is done.
+    fn carry_out(&mut self, place: u8, call: Call, id: Option<&crate::calls::Id>, script: &str) -> Option<Content> {
+        let least = match call.method {
+            Method::Script | Method::Pause | Method::Resume | Method::Cancel => Role::Operate,
+            _ => Role::Watch,
+        };
+        if self.role < least {
+            return Some(Content::Error(codes::FORBIDDEN, "this is for who may operate the machine"));
+        }
+        let line = match call.method {
+            Method::Identify => return Some(Content::Connection(u32::from(place))),
+            Method::ServerInfo => return Some(Content::Server),
+            Method::PrinterInfo => return Some(Content::Printer),
+            Method::ListObjects => return Some(Content::Names),
+            Method::QueryObjects => return Some(Content::State(call.objects)),
+            Method::Subscribe => {
+                let client = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut())?;
+                client.subscribe(call.objects, &self.hashes);
+                return Some(Content::State(call.objects));
+            }
+            Method::EmergencyStop => {
+                self.stop = Some(EmergencyStop);
+                self.console.drop_waiting();
+                return Some(Content::Done);
+            }
+            Method::Script => script,
+            Method::Pause => "M25",
+            Method::Resume => "M24",
+            Method::Cancel => "abort",
+        };
+        if line.bytes().any(|byte| byte < b' ' && byte != b'\n' && byte != b'\r' && byte != b'\t') {
+            return Some(Content::Error(codes::PARAMETERS, "a script has no control characters"));
+        }
+        if line.trim().is_empty() {
+            return Some(Content::Error(codes::PARAMETERS, "the script is empty"));
+        }
+        let visit = self.seats.get(usize::from(place)).map_or(0, |seat| seat.visit);
+        let has_room = self.console.take(Asker { place, visit }, id.cloned(), line);
+        (!has_room).then_some(Content::Error(codes::BUSY, "the machine has lines enough: wait for their answers"))
+    }
+
+    /// Writes what is to be sent on a connection. Returns how many bytes.
+    pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64) -> usize {
+        let Self { slots, seats, console, snapshot, hashes, number, host, version, .. } = self;
+        let facts = Facts { host, version };
+        let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
+        match &mut slot.work {
+            Work::Nothing => slot.connection.transmit(room, &mut http::Empty, now_ms),
+            Work::Page(left) => {
+                let mut body = Counted::new(left);
+                let written = slot.connection.transmit(room, &mut body, now_ms);
+                *left = left.get(body.made..).unwrap_or_default();
+                written
+            }
+            Work::Answer(reply) => {
+                let mut body = ReplyBody { reply, snapshot, facts, now_ms };
+                slot.connection.transmit(room, &mut body, now_ms)
+            }
+            Work::Socket(seat) => {
+                let client = seats.get_mut(usize::from(*seat)).and_then(|seat| seat.client.as_mut());
+                let Some(client) = client else { return 0 };
+                let mut used = 0;
+                loop {
+                    if !slot.connection.is_sending() {
+                        client.sending = client.next_message(console, snapshot, hashes, *number);
+                        if client.sending.is_none() || !slot.connection.send(http::Kind::Text) {
+                            return used;
+                        }
+                    }
+                    let free = room.get_mut(used..).unwrap_or_default();
+                    let written = match &mut client.sending {
+                        Some(reply) => {
+                            slot.connection.transmit(free, &mut ReplyBody { reply, snapshot, facts, now_ms }, now_ms)
+                        }
+                        None => slot.connection.transmit(free, &mut http::Empty, now_ms),
+                    };
+                    used += written;
+                    if written == 0 {
+                        return used;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Decision on a request.
+enum Begun {
+    /// Answer with this head, whose body the work makes.
+    Answer(Response, Work),
+    Refuse(Status, &'static str),
+    /// The connection becomes a WebSocket.
+    Upgrade,
+}
+
+fn refusal(status: Status, request: &Request<'_>) -> Response {
+    let mut response = Response::new(status);
+    if let Found::WrongMethod(methods) = ROUTES.find(request.head.method, request.path) {
+        response.allow = methods;
+    }
+    response
+}
+
+/// Returns the answer that has a file of the page, or the part that was asked for.
+fn page(request: &Request<'_>) -> Begun {
+    let Some(asset) = Asset::find(request.path) else {
+        return Begun::Refuse(Status::NotFound, "there is nothing of this name");
+    };
+    let whole = asset.response();
+    let selection = Selection::of(request, whole.tag, asset.bytes.len() as u64);
+    let bytes = match selection {
+        Selection::Whole => asset.bytes,
+        Selection::Part(part) => asset.bytes.get(part.first as usize..=part.last as usize).unwrap_or_default(),
+        Selection::NotModified | Selection::Unsatisfiable => &[],
+    };
+    Begun::Answer(selection.answer(whole, asset.bytes.len() as u64), Work::Page(bytes))
+}

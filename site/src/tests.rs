@@ -1,0 +1,326 @@
+//! The site against a browser of bytes.
+
+use base::sessions::{DONE, REFUSED};
+use base::snapshot::{HeaterShown, JobShown, Snapshot};
+use http::{Life, Role};
+use program::State;
+use units::Celsius;
+
+use crate::{CLIENTS, PERIOD_MS, Site};
+
+const PLACES: usize = 6;
+const BUFFER: usize = 2_048;
+
+struct Desk {
+    site: Site<PLACES>,
+    now: u64,
+    /// Room that a call of `transmit` has.
+    room: usize,
+}
+
+impl Desk {
+    fn new(role: Role) -> Self {
+        let mut desk = Self { site: Site::new("velvet", "1.2.3", role), now: 1_000, room: 1_460 };
+        desk.site.show(&snapshot(), desk.now);
+        desk
+    }
+
+    fn open(&mut self, place: usize) {
+        self.site.open(place, BUFFER, self.now);
+    }
+
+    /// Sends bytes, and returns all that comes back at once.
+    fn send(&mut self, place: usize, bytes: &[u8]) -> Vec<u8> {
+        let mut waiting = bytes.to_vec();
+        let mut heard = Vec::new();
+        loop {
+            let used = self.site.receive(place, &mut waiting, self.now);
+            waiting.drain(..used);
+            let before = heard.len();
+            heard.extend(self.hear(place));
+            if used == 0 && heard.len() == before {
+                return heard;
+            }
+        }
+    }
+
+    /// Returns what comes of itself.
+    fn hear(&mut self, place: usize) -> Vec<u8> {
+        let mut heard = Vec::new();
+        loop {
+            let mut room = vec![0; self.room];
+            let count = self.site.transmit(place, &mut room, self.now);
+            heard.extend(&room[..count]);
+            if count == 0 {
+                return heard;
+            }
+        }
+    }
+
+    fn get(&mut self, place: usize, path: &str) -> String {
+        let request = format!("GET {path} HTTP/1.1\r\nHost: velvet.local\r\n\r\n");
+        String::from_utf8_lossy(&self.send(place, request.as_bytes())).into_owned()
+    }
+
+    /// Opens a WebSocket. Returns the answer to its handshake.
+    fn upgrade(&mut self, place: usize) -> String {
+        self.open(place);
+        let request = "GET /websocket HTTP/1.1\r\nHost: velvet.local\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+                       Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+        String::from_utf8_lossy(&self.send(place, request.as_bytes())).into_owned()
+    }
+
+    /// Sends a message, and returns all messages that come back at once.
+    fn call(&mut self, place: usize, message: &str) -> Vec<String> {
+        let heard = self.send(place, &frame(message));
+        messages(&heard)
+    }
+
+    /// Shows a state, a period later. Returns the messages that come of it.
+    fn show(&mut self, place: usize, snapshot: &Snapshot) -> Vec<String> {
+        self.now += PERIOD_MS;
+        self.site.show(snapshot, self.now);
+        let heard = self.hear(place);
+        messages(&heard)
+    }
+}
+
+/// Makes a client's frame of a text, with a mask.
+fn frame(text: &str) -> Vec<u8> {
+    let mask = [1, 2, 3, 4];
+    let mut frame = vec![0x81];
+    match text.len() {
+        length @ 0..126 => frame.push(0x80 | length as u8),
+        length => {
+            frame.push(0x80 | 126);
+            frame.extend((length as u16).to_be_bytes());
+        }
+    }
+    frame.extend(mask);
+    frame.extend(text.bytes().enumerate().map(|(place, byte)| byte ^ mask[place % 4]));
+    frame
+}
+
+/// Puts a server's frames of text together to messages.
+fn messages(bytes: &[u8]) -> Vec<String> {
+    let (mut rest, mut all, mut text) = (bytes, Vec::new(), Vec::new());
+    while !rest.is_empty() {
+        let (first, short) = (rest[0], usize::from(rest[1]));
+        let (length, head) =
+            if short == 126 { (usize::from(rest[2]) << 8 | usize::from(rest[3]), 4) } else { (short, 2) };
+        text.extend(&rest[head..head + length]);
+        if first & 0x80 != 0 {
+            all.push(String::from_utf8(std::mem::take(&mut text)).unwrap());
+        }
+        rest = &rest[head + length..];
+    }
+    all
+}
+
+fn snapshot() -> Snapshot {
+    let mut snapshot = Snapshot::default();
+    for (name, designator) in [("hotend", "T"), ("bed", "B"), ("chamber", "C")] {
+        let heater = HeaterShown {
+            name: name.try_into().unwrap(),
+            designator: designator.try_into().unwrap(),
+            reading: Some(Celsius(21.5)),
+            ..HeaterShown::default()
+        };
+        snapshot.heaters.push(heater).unwrap();
+    }
+    snapshot
+}
+
+#[test]
+fn the_page_is_served_and_kept_by_browsers() {
+    let mut desk = Desk::new(Role::Nobody);
+    desk.open(0);
+    let index = desk.get(0, "/");
+    assert!(index.starts_with("HTTP/1.1 200 OK\r\n") && index.contains("Content-Encoding: gzip\r\n"), "{index}");
+    assert!(index.contains("Cache-Control: no-cache\r\n") && index.contains("Content-Security-Policy:"), "{index}");
+    let tag = index.split("ETag: ").nth(1).unwrap().split("\r\n").next().unwrap();
+    let again = format!("GET / HTTP/1.1\r\nHost: velvet.local\r\nIf-None-Match: {tag}\r\n\r\n");
+    let again = String::from_utf8_lossy(&desk.send(0, again.as_bytes())).into_owned();
+    assert!(again.starts_with("HTTP/1.1 304 ") && again.ends_with("\r\n\r\n"), "{again}");
+    assert!(desk.get(0, "/none").starts_with("HTTP/1.1 404 "));
+}
+
+#[test]
+fn who_has_no_password_gets_the_page_alone() {
+    let mut desk = Desk::new(Role::Nobody);
+    desk.open(0);
+    for path in ["/printer/info", "/server/info", "/printer/objects/list", "/printer/objects/query?toolhead"] {
+        assert!(desk.get(0, path).starts_with("HTTP/1.1 401 "), "{path}");
+    }
+    assert!(desk.upgrade(1).starts_with("HTTP/1.1 401 "));
+}
+
+#[test]
+fn requests_for_other_hosts_are_refused() {
+    let mut desk = Desk::new(Role::Own);
+    desk.open(0);
+    let foreign = desk.send(0, b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n");
+    assert!(foreign.starts_with(b"HTTP/1.1 421 "));
+    desk.open(1);
+    let page = b"GET /printer/info HTTP/1.1\r\nHost: velvet.local\r\nOrigin: http://evil.example\r\n\r\n";
+    assert!(desk.send(1, page).starts_with(b"HTTP/1.1 403 "));
+    desk.open(2);
+    assert!(desk.send(2, b"DELETE / HTTP/1.1\r\nHost: velvet.local\r\n\r\n").starts_with(b"HTTP/1.1 405 "));
+}
+
+#[test]
+fn objects_are_told_over_http() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.open(0);
+    let list = desk.get(0, "/printer/objects/list");
+    assert!(
+        list.contains(r#""toolhead","gcode_move""#)
+            && list.contains(r#""extruder","heater_bed","heater_generic chamber""#)
+    );
+    let answer = desk.get(0, "/printer/objects/query?extruder&heater_generic%20chamber=target&none");
+    let extruder = r#""extruder":{"temperature":21.5,"target":0,"power":0}"#;
+    assert!(
+        answer.contains(extruder) && answer.contains("heater_generic chamber") && !answer.contains("toolhead"),
+        "{answer}"
+    );
+}
+
+#[test]
+fn a_subscriber_is_told_of_what_changes_and_of_nothing_else() {
+    let mut desk = Desk::new(Role::Watch);
+    assert!(desk.upgrade(0).starts_with("HTTP/1.1 101 "));
+    let call = r#"{"jsonrpc":"2.0","method":"printer.objects.subscribe","params":{"objects":{"extruder":null,"print_stats":["state"]}},"id":7}"#;
+    let answer = desk.call(0, call);
+    assert_eq!(answer.len(), 1);
+    assert!(
+        answer[0].contains(r#""status":{"print_stats":{"state":"standby""#) && answer[0].ends_with(r#","id":7}"#),
+        "{answer:?}"
+    );
+    let mut state = snapshot();
+    assert_eq!(desk.show(0, &state), Vec::<String>::new());
+    state.heaters[0].target = Celsius(200.0);
+    state.heaters[1].target = Celsius(60.0);
+    let told = desk.show(0, &state);
+    let update = r#"{"jsonrpc":"2.0","method":"notify_status_update","params":[{"extruder":{"temperature":21.5,"target":200,"power":0}},1.5]}"#;
+    assert_eq!(told, [update], "of the bed nobody wanted to hear");
+    state.job = Some(JobShown { path: "/sd/part.g".try_into().unwrap(), size: 200, done: 50, ..JobShown::default() });
+    let told = desk.show(0, &state);
+    assert!(told.len() == 1 && told[0].contains(r#""state":"printing","filename":"part.g""#), "{told:?}");
+}
+
+#[test]
+fn a_script_is_answered_when_the_machine_is_done() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    desk.upgrade(1);
+    let call = r#"{"jsonrpc":"2.0","method":"printer.gcode.script","params":{"script":"G28\nM105"},"id":"a1"}"#;
+    assert_eq!(desk.call(0, call), Vec::<String>::new());
+    assert_eq!(desk.site.next_line().as_deref(), Some("G28\n"));
+    desk.site.hear(&[b'o', b'k', b'\n', DONE]);
+    assert_eq!(desk.site.next_line().as_deref(), Some("M105\n"));
+    desk.site.hear(b"ok T:21.5 /0.0 @0\n");
+    let heard = desk.hear(1);
+    assert_eq!(
+        messages(&heard),
+        [r#"{"jsonrpc":"2.0","method":"notify_gcode_response","params":["ok T:21.5 /0.0 @0"]}"#]
+    );
+    desk.site.hear(&[DONE]);
+    let heard = desk.hear(0);
+    assert_eq!(messages(&heard)[0], r#"{"jsonrpc":"2.0","result":"ok","id":"a1"}"#);
+    desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"M104 S999"},"id":2}"#);
+    desk.site.next_line();
+    desk.site.hear(b"error:too hot\n");
+    desk.site.hear(&[REFUSED]);
+    let heard = messages(&desk.hear(0));
+    assert!(heard[0].contains(r#""error":{"code":400"#) && heard[1].contains("too hot"), "{heard:?}");
+}
+
+#[test]
+fn a_script_of_who_has_left_answers_nobody_else() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"G28"},"id":1}"#);
+    desk.site.close(0);
+    desk.upgrade(1);
+    desk.site.next_line();
+    desk.site.hear(&[DONE]);
+    assert_eq!(messages(&desk.hear(1)), Vec::<String>::new());
+}
+
+#[test]
+fn who_may_only_watch_may_stop_the_machine_and_nothing_else() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.upgrade(0);
+    for method in ["printer.gcode.script", "printer.print.pause", "printer.print.resume", "printer.print.cancel"] {
+        let call = format!(r#"{{"method":"{method}","params":{{"script":"G28"}},"id":1}}"#);
+        assert!(desk.call(0, &call)[0].contains(r#""code":403"#), "{method}");
+    }
+    assert_eq!((desk.site.next_line(), desk.site.take_stop().is_some()), (None, false));
+    assert!(desk.call(0, r#"{"method":"printer.emergency_stop","id":1}"#)[0].contains("ok"));
+    assert!(desk.site.take_stop().is_some());
+}
+
+#[test]
+fn what_is_no_call_is_an_error() {
+    let mut desk = Desk::new(Role::Own);
+    desk.upgrade(0);
+    let long =
+        format!(r#"{{"method":"printer.gcode.script","params":{{"script":"{}"}},"id":1}}"#, "G1 X1 ".repeat(200));
+    for (message, code) in [
+        ("nonsense", -32_700),
+        (r#"{"method":"printer.info","id":1"#, -32_700),
+        (r#"{"id":1}"#, -32_600),
+        (r#"[{"method":"printer.info","id":1}]"#, -32_600),
+        (r#"{"method":"no.such","id":1}"#, -32_601),
+        (r#"{"method":"printer.gcode.script","id":1}"#, -32_602),
+        (r#"{"method":"printer.gcode.script","params":{"script":"G1\u0018"},"id":1}"#, -32_602),
+        (long.as_str(), -32_600),
+    ] {
+        let answer = desk.call(0, message);
+        assert!(answer.len() == 1 && answer[0].contains(&format!(r#""code":{code}"#)), "{message}: {answer:?}");
+    }
+    assert_eq!(desk.site.next_line(), None, "nothing of it has come to the machine");
+}
+
+#[test]
+fn more_calls_than_have_room_wait_and_lose_nothing() {
+    let mut desk = Desk::new(Role::Own);
+    desk.upgrade(0);
+    let calls: Vec<u8> = (0..100).flat_map(|id| frame(&format!(r#"{{"method":"server.info","id":{id}}}"#))).collect();
+    let answers = messages(&desk.send(0, &calls));
+    assert_eq!(answers.len(), 100);
+    assert!(answers.iter().enumerate().all(|(id, answer)| answer.ends_with(&format!(r#""id":{id}}}"#))));
+}
+
+#[test]
+fn each_page_has_a_seat_and_who_has_none_is_told() {
+    let mut desk = Desk::new(Role::Own);
+    for place in 0..CLIENTS {
+        assert!(desk.upgrade(place).starts_with("HTTP/1.1 101 "));
+    }
+    assert!(desk.upgrade(CLIENTS).starts_with("HTTP/1.1 503 "));
+    desk.site.close(1);
+    assert!(desk.upgrade(1).starts_with("HTTP/1.1 101 "));
+}
+
+#[test]
+fn the_machine_is_looked_at_while_somebody_looks() {
+    let mut desk = Desk::new(Role::Own);
+    assert!(!desk.site.wants_snapshot(desk.now + 10_000));
+    desk.open(0);
+    assert!(desk.site.wants_snapshot(desk.now + PERIOD_MS) && !desk.site.wants_snapshot(desk.now + PERIOD_MS - 1));
+    desk.upgrade(1);
+    let told = desk.show(1, &Snapshot { state: State::Alarm, ..snapshot() });
+    assert_eq!(told, [r#"{"jsonrpc":"2.0","method":"notify_klippy_shutdown","params":[]}"#]);
+}
+
+#[test]
+fn a_connection_that_says_nothing_ends() {
+    let mut desk = Desk::new(Role::Own);
+    desk.open(0);
+    assert_eq!(desk.site.life(0, desk.now), Life::Open);
+    desk.send(0, b"GET / HT");
+    desk.now += 6_000;
+    desk.site.life(0, desk.now);
+    assert!(desk.hear(0).starts_with(b"HTTP/1.1 408 "));
+}
