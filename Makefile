@@ -87,7 +87,7 @@ compare: velvet virtual-prime firmware
 ##                               consoles over the network to telnet on this computer, TAP its cable to a network device
 console: virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)
 	@$(VPRIME) console --elf "$(ELF)" --config "$(if $(NET)$(TAP),$$(scripts/with-network.sh "$(CONFIG)"),$(CONFIG))" \
-	    $(if $(NET),--net --telnet-port 23 --telnet-port 2323) $(if $(TAP),--tap "$(TAP)") $(if $(filter $(IMAGE),$(ELF)),,--foreign) $(if $(START),--start $(START)) \
+	    $(if $(NET),--net --telnet-port 23 --telnet-port 2323 --web-port 80) $(if $(TAP),--tap "$(TAP)") $(if $(filter $(IMAGE),$(ELF)),,--foreign) $(if $(START),--start $(START)) \
 	    $(if $(USB),--usb $(if $(USBREDIR_PORT),--usbredir-port $(USBREDIR_PORT)) $(if $(USBIP_PORT),--usbip-port $(USBIP_PORT)))
 
 ## make check CONFIG=f.ini [JSON=1]              the configuration checker

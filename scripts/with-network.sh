@@ -10,7 +10,7 @@ fi
 mkdir -p out/console
 {
     cat "$config"
-    printf '\n[network]\nenable = true\nshell_enable = true\ngrbl_enable = true\npassword_required = false\n'
+    printf '\n[network]\nenable = true\nshell_enable = true\ngrbl_enable = true\nwebserver_enable = true\npassword_required = false\n'
 } >out/console/config.ini
-echo "$config has no [network]; out/console/config.ini has one, with consoles that ask for no password" >&2
+echo "$config has no [network]; out/console/config.ini has one, with consoles and a page that ask for no password" >&2
 echo out/console/config.ini

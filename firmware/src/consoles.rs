@@ -21,6 +21,9 @@ static RTT: InboxOf<INBOX_BYTES> = InboxOf::new();
 /// Inboxes of network consoles, whose bytes come in packets as well.
 #[unsafe(link_section = ".d2ram")]
 static NETWORK: [InboxOf<NETWORK_INBOX_BYTES>; LINES] = [const { InboxOf::new() }; LINES];
+/// Inbox of the page's console, which gets a line at a time.
+#[unsafe(link_section = ".d2ram")]
+static PAGE: InboxOf<NETWORK_INBOX_BYTES> = InboxOf::new();
 
 /// A console, in the order of the session ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +42,13 @@ pub enum Console {
     Rtt,
     /// A console of the network, by its number: two for Telnet, then two in GRBL's dialect.
     Network(u8),
+    /// The console of the page.
+    Page,
 }
 
 impl Console {
     /// All consoles of the board.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Debug,
         Self::Uart0,
         Self::Uart1,
@@ -54,6 +59,7 @@ impl Console {
         Self::Network(1),
         Self::Network(2),
         Self::Network(3),
+        Self::Page,
     ];
 
     /// Returns the console of a session.
@@ -71,6 +77,7 @@ impl Console {
             Self::Usb1 => &USB1,
             Self::Rtt => &RTT,
             Self::Network(place) => &NETWORK[place as usize % LINES],
+            Self::Page => &PAGE,
         }
     }
 
@@ -89,6 +96,10 @@ impl Console {
                 },
                 ..SessionProfile::SERIAL
             },
+            // Rights are those that the network gives to visitors of the page.
+            Self::Page => {
+                SessionProfile { kind: ConsoleKind::Web, rights: Rights::Watch, greeting: "", ..SessionProfile::SERIAL }
+            }
             Self::Rtt => SessionProfile { kind: ConsoleKind::Memory, ..SessionProfile::SERIAL },
         }
     }

@@ -37,6 +37,7 @@ mod lock_free;
 mod log;
 mod manifest;
 mod network;
+mod page;
 mod ports;
 mod rtt_console;
 mod slow;

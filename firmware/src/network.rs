@@ -14,18 +14,20 @@ use base::ports::{
     PasswordRecord,
 };
 use base::sessions::{Intake, Rights};
+use base::snapshot::Snapshot;
 use bsp_prime::ethernet::{Duplex, Ethernet, EthernetError, Link, LinkMode, Parts, Speed};
 use bsp_prime::random::RandomWords;
 use bsp_prime::time;
 use config::{Address, LinkSpeed, NetworkConfig};
 use net::{
-    Addressing, HostName, LINES, Line, Memory, News, Origin, Role, Service, Settings, StaticAddress, TimeServer,
+    Addressing, HostName, LINES, Line, Memory, News, Origin, Peers, Role, Service, Settings, StaticAddress, TimeServer,
     Visitor,
 };
 use units::Micros;
 
 use crate::consoles::Console;
 use crate::executor;
+use crate::page::Page;
 
 /// Longest time between two looks at the link and at the stack's timers.
 const LOOK_EVERY: Micros = Micros::from_millis(10);
@@ -53,6 +55,7 @@ pub fn note_event() {
 /// Marks the consoles of the network as unused. Call before there are sessions.
 pub fn begin() {
     (0..LINES as u8).for_each(|place| Console::Network(place).inbox().set_open(false));
+    Console::Page.inbox().set_open(false);
 }
 
 /// Console of the machine at which a visitor sits.
@@ -131,6 +134,7 @@ struct Joined {
     ethernet: Ethernet,
     stack: net::Network,
     lines: [NetworkLine; LINES],
+    page: Page,
     random: RandomWords,
     link: Option<Link>,
     /// Number of times that the link has come.
@@ -138,6 +142,7 @@ struct Joined {
     /// Time of the next look, if nothing happens before.
     due: Micros,
     services: heapless::Vec<(Service, u16), 2>,
+    web_port: Option<u16>,
     has_mdns: bool,
     /// Name that the network was last told to know the machine by.
     name: HostName,
@@ -182,11 +187,13 @@ impl BoardNetwork {
                 ethernet,
                 stack,
                 lines: core::array::from_fn(NetworkLine::new),
+                page: Page::new(name.as_str(), if config.password_required { Rights::Watch } else { Rights::Operate }),
                 random,
                 link: None,
                 links: 0,
                 due: now,
                 services,
+                web_port: config.web.then_some(config.web_port),
                 has_mdns: config.mdns,
                 name,
                 wants_record: false,
@@ -222,6 +229,32 @@ impl BoardNetwork {
     pub fn rights(&self, place: u8) -> Rights {
         let line = self.joined.as_ref().and_then(|joined| joined.lines.get(usize::from(place)));
         line.map_or(Rights::Watch, |line| line.rights)
+    }
+
+    /// Returns the rights of the page's console.
+    pub fn page_rights(&self) -> Rights {
+        self.joined.as_ref().map_or(Rights::Watch, |joined| joined.page.rights())
+    }
+
+    /// Tells the page's visitors what the machine says.
+    pub fn tell_page(&mut self, bytes: &[u8]) {
+        if let Some(joined) = self.joined.as_mut() {
+            joined.page.hear(bytes);
+            joined.due = Micros(0);
+        }
+    }
+
+    /// Returns whether a visitor of the page wants to see the machine as it is now.
+    pub fn wants_snapshot(&self) -> bool {
+        self.joined.as_ref().is_some_and(|joined| joined.page.wants_snapshot())
+    }
+
+    /// Shows the machine as it is now.
+    pub fn show(&mut self, snapshot: &Snapshot) {
+        if let Some(joined) = self.joined.as_mut() {
+            joined.page.show(snapshot);
+            joined.due = Micros(0);
+        }
     }
 
     /// Returns the state of the network; none before it is used.
@@ -289,7 +322,9 @@ impl Joined {
         let link = self.ethernet.supervise(now);
         self.links += u32::from(link.is_some() && self.link.is_none());
         self.link = link;
-        self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut self.lines);
+        let mut peers = Peers { lines: &mut self.lines, streams: &mut self.page };
+        self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut peers);
+        self.page.run();
         let rest = if link.is_some() { LOOK_EVERY } else { LOOK_OFTEN };
         let next = self.stack.next_in();
         self.due = now.plus(rest.min(Micros(next)));
@@ -321,6 +356,7 @@ impl Joined {
                 .services
                 .iter()
                 .map(|&(service, port)| NetworkService { name: name_of(service), port, peers: peers(service) })
+                .chain(self.web_port.map(|port| NetworkService { name: "Page", port, peers: report.web_peers as u8 }))
                 .collect(),
             has_password: self.stack.password_record().is_some(),
             clock_set_ago: self.clock_set_at.map(|at| (time::now().since(at).0 / 1_000_000) as u32),
@@ -351,12 +387,17 @@ impl Joined {
         }
         while let Some(news) = self.stack.take_news() {
             match news {
-                News::Address { .. } => return self.address().map(NetworkNews::Address),
+                News::Address { .. } => {
+                    let address = self.address()?;
+                    self.page.set_address(address.address);
+                    return Some(NetworkNews::Address(address));
+                }
                 News::AddressLost { loss: net::Loss::Replaced, .. } => {}
                 News::AddressLost { .. } => return Some(NetworkNews::NoAddress),
                 News::AddressTaken { address, .. } => return Some(NetworkNews::AddressTaken(address)),
                 News::Named(name) if name != self.name => {
                     self.name = name;
+                    self.page.set_host(self.name.as_str());
                     return Some(NetworkNews::Renamed(self.name.as_str().try_into().unwrap_or_default()));
                 }
                 News::Time { unix_ms } => {
@@ -395,6 +436,7 @@ fn settings(config: &NetworkConfig, mac: [u8; 6]) -> Settings {
         time_server: if config.ntp { time_server(&config.ntp_server) } else { None },
         telnet: config.shell.then_some(config.shell_port),
         grbl: config.grbl.then_some(config.grbl_port),
+        web: config.web.then_some(config.web_port),
         mdns: config.mdns,
         password_required: config.password_required,
         ..Settings::new(mac)

@@ -157,7 +157,7 @@ impl<L: Locks> BoardPorts<L> {
             Console::Debug => Some(&mut self.owned.debug),
             Console::Uart0 => uart0_open.then_some(uart0),
             Console::Uart1 => uart1_open.then_some(uart1),
-            Console::Usb0 | Console::Usb1 | Console::Rtt | Console::Network(_) => None,
+            Console::Usb0 | Console::Usb1 | Console::Rtt | Console::Network(_) | Console::Page => None,
         }
     }
 
@@ -324,6 +324,7 @@ impl<L: Locks> Consoles for BoardPorts<L> {
         let console = Console::of(session).unwrap_or(Console::Debug);
         match console {
             Console::Network(place) => SessionProfile { rights: self.owned.network.rights(place), ..console.profile() },
+            Console::Page => SessionProfile { rights: self.owned.network.page_rights(), ..console.profile() },
             _ => console.profile(),
         }
     }
@@ -335,6 +336,10 @@ impl<L: Locks> Consoles for BoardPorts<L> {
         }
         if let Console::Network(place) = console {
             return if console.inbox().is_open() { self.owned.network.write(place, bytes) } else { bytes.len() };
+        }
+        if console == Console::Page {
+            self.owned.network.tell_page(bytes);
+            return bytes.len();
         }
         if let Some(count) = usb::write(console, bytes) {
             return count;

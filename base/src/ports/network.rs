@@ -78,7 +78,7 @@ pub struct NetworkTraffic {
     pub links: u32,
 }
 
-/// A console that the network offers.
+/// A service that the network offers: a console, or the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NetworkService {
     /// Name of the service.
@@ -102,8 +102,8 @@ pub struct NetworkReport {
     pub name: String<NETWORK_NAME_BYTES>,
     /// Counts of what has passed.
     pub traffic: NetworkTraffic,
-    /// Consoles that are offered.
-    pub services: Vec<NetworkService, 2>,
+    /// Consoles that are offered, and the page.
+    pub services: Vec<NetworkService, 3>,
     /// Whether a password is known.
     pub has_password: bool,
     /// Time since the clock was last set from the network, seconds; none before.

@@ -28,6 +28,11 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         let reason = format_args!("the other console has TCP port {} already", network.shell_port);
         checks.error(("network", 0, "grbl_port"), reason, format_args!("write another port, as 2323"));
     }
+    let consoles = [(network.shell, network.shell_port), (network.grbl, network.grbl_port)];
+    if network.web && consoles.contains(&(true, network.web_port)) {
+        let reason = format_args!("a console has TCP port {} already", network.web_port);
+        checks.error(("network", 0, "webserver_port"), reason, format_args!("write another port, as 80"));
+    }
     if let Some(address) = network.address.given() {
         fixed(checks, address);
     }

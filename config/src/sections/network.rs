@@ -100,6 +100,10 @@ settings! {
         "grbl_enable" grbl: bool = bool("false").velvet();
         /// TCP port of that console.
         grbl_port: u16 = integer("2323", &(1, 65_535)).velvet();
+        /// The page for browsers, and its API over HTTP and WebSocket.
+        "webserver_enable" web: bool = bool("false");
+        /// TCP port of the page.
+        "webserver_port" web_port: u16 = integer("80", &(1, 65_535)).velvet();
         /// Consoles of the network want the password that the command password has set. false: who has
         /// none may operate the machine, but not change its files, settings or firmware.
         password_required: bool = bool("true").velvet();
@@ -112,8 +116,6 @@ settings! {
     rows NetworkToCome:
         /// File transfer on TCP port 21.
         "ftp_enable" = bool("false").support(NOT_YET_HARMLESS);
-        /// Web pages from /sd/www on TCP port 80, with console and upload over WebSocket.
-        "webserver_enable" = bool("false").support(NOT_YET_HARMLESS);
         /// Where the update command looks; ends with a slash.
         "firmware_url" = text("http://download.smoothieware.org/", 96).dormant();
     }

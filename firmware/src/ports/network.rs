@@ -1,6 +1,7 @@
 //! The network: the machine's port to it.
 
 use base::ports::{Network, NetworkNews, NetworkReport, PasswordRecord, Viewers};
+use base::snapshot::Snapshot;
 use config::NetworkConfig;
 
 use super::{BoardPorts, Locks};
@@ -31,4 +32,12 @@ impl<L: Locks> Network for BoardPorts<L> {
     }
 }
 
-impl<L: Locks> Viewers for BoardPorts<L> {}
+impl<L: Locks> Viewers for BoardPorts<L> {
+    fn wants_snapshot(&self) -> bool {
+        self.owned.network.wants_snapshot()
+    }
+
+    fn show(&mut self, snapshot: &Snapshot) {
+        self.owned.network.show(snapshot);
+    }
+}

@@ -29,7 +29,11 @@ pub struct SimulatedNetwork {
 
 impl SimulatedNetwork {
     pub(super) fn join(&mut self, config: &NetworkConfig) {
-        let consoles = [("Telnet", config.shell, config.shell_port), ("GRBL", config.grbl, config.grbl_port)];
+        let consoles = [
+            ("Telnet", config.shell, config.shell_port),
+            ("GRBL", config.grbl, config.grbl_port),
+            ("Page", config.web, config.web_port),
+        ];
         let offered = consoles.into_iter().filter(|(_, is_on, _)| *is_on);
         let address = config.address.given().map(|address| NetworkAddress {
             address,

@@ -1,5 +1,7 @@
 //! The board's Ethernet socket for this computer: `console --net`, `console --tap`.
 
+use std::net::IpAddr;
+
 use clap::Args;
 use virtual_prime::net_desk;
 use virtual_prime::net_desk::forward::Forward;
@@ -17,6 +19,9 @@ pub struct NetOptions {
     /// Port of the board that is led to, or PORT:BOARD with the port of this computer; any number of times.
     #[arg(long = "telnet-port", value_name = "[PORT:]BOARD", default_value = "23", value_parser = ports)]
     telnet_ports: Vec<(u16, u16)>,
+    /// The same for a port of the board that serves web pages.
+    #[arg(long = "web-port", value_name = "[PORT:]BOARD", value_parser = ports)]
+    web_ports: Vec<(u16, u16)>,
     /// Plug in a TAP device of Linux, made with `ip tuntap add dev NAME mode tap user $USER`.
     #[arg(long, value_name = "NAME")]
     tap: Option<String>,
@@ -53,7 +58,9 @@ impl NetSocket {
             eprintln!("the network is on {name}");
             End::Tap(Tap::open(name).map_err(|error| format!("{name}: {error}"))?)
         } else if options.net {
-            End::Ports(Box::new(Peer::new(1)), forwards(&options.telnet_ports)?)
+            let mut list = forwards(&options.telnet_ports, |ip, port| format!("telnet {ip} {port}"))?;
+            list.extend(forwards(&options.web_ports, |ip, port| format!("http://{ip}:{port}/"))?);
+            End::Ports(Box::new(Peer::new(1)), list)
         } else {
             return Ok(None);
         };
@@ -75,13 +82,14 @@ impl NetSocket {
     }
 }
 
-fn forwards(ports: &[(u16, u16)]) -> Result<Vec<Forward>, String> {
+/// Leads ports of this computer to ports of the board, and prints how each is used.
+fn forwards(ports: &[(u16, u16)], use_of: impl Fn(IpAddr, u16) -> String) -> Result<Vec<Forward>, String> {
     let mut list = Vec::new();
     for &(own, board) in ports {
         let fail = |error: std::io::Error| format!("port {own}: {error}");
         let forward = Forward::listen(own, board).map_err(fail)?;
         let address = forward.address().map_err(fail)?;
-        eprintln!("the board's port {board}: telnet {} {}", address.ip(), address.port());
+        eprintln!("the board's port {board}: {}", use_of(address.ip(), address.port()));
         list.push(forward);
     }
     Ok(list)

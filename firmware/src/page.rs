@@ -1,0 +1,118 @@
+//! The page and its API: the site over the network's web connections, and its console of the machine.
+
+use core::net::Ipv4Addr;
+
+use base::sessions::{Intake, Rights};
+use base::snapshot::Snapshot;
+use bsp_prime::time;
+use gcode::realtime::Realtime;
+use net::{STREAMS, Streams, Wish};
+use site::{Life, Role, Site};
+
+use crate::consoles::Console;
+use crate::executor;
+
+/// Bytes that a connection holds of what came in.
+const STREAM_BYTES: usize = net::STREAM_BYTES;
+
+/// The page.
+pub struct Page {
+    site: Site<STREAMS>,
+    intake: Intake,
+    rights: Rights,
+}
+
+impl Page {
+    /// Makes the page of a board that has this name in the network.
+    pub fn new(host: &str, rights: Rights) -> Self {
+        let role = match rights {
+            Rights::Watch => Role::Nobody,
+            Rights::Operate => Role::Operate,
+            Rights::Own => Role::Own,
+        };
+        let mut intake = Intake::new();
+        Console::Page.inbox().open(&mut intake);
+        Self { site: Site::new(host, env!("VELVET_VERSION"), role), intake, rights }
+    }
+
+    /// Returns the rights of the page's console.
+    pub const fn rights(&self) -> Rights {
+        self.rights
+    }
+
+    /// Sets the board's name in the network.
+    pub fn set_host(&mut self, host: &str) {
+        self.site.set_host(host);
+    }
+
+    /// Sets the board's address.
+    pub const fn set_address(&mut self, address: Ipv4Addr) {
+        self.site.set_address(address);
+    }
+
+    /// Hears what the machine says on the page's console.
+    pub fn hear(&mut self, bytes: &[u8]) {
+        self.site.hear(bytes);
+    }
+
+    /// Returns whether somebody wants to see the machine as it is now.
+    pub fn wants_snapshot(&self) -> bool {
+        self.site.wants_snapshot(now_ms(time::now().0))
+    }
+
+    /// Shows the machine as it is now.
+    pub fn show(&mut self, snapshot: &Snapshot) {
+        self.site.show(snapshot, now_ms(time::now().0));
+    }
+
+    /// Hands the machine what visitors ask for.
+    pub fn run(&mut self) {
+        let inbox = Console::Page.inbox();
+        if self.site.take_stop().is_some() {
+            inbox.request(Realtime::Emergency);
+            executor::wake_for_session();
+        }
+        if inbox.room() >= site::SCRIPT_BYTES
+            && let Some(line) = self.site.next_line()
+        {
+            // The inbox has room for the line.
+            let _taken = inbox.receive_all(&mut self.intake, line.as_bytes());
+            executor::wake_for_session();
+        }
+    }
+}
+
+/// Returns a time of the network in milliseconds.
+const fn now_ms(micros: u64) -> u64 {
+    micros / 1_000
+}
+
+impl Streams for Page {
+    fn open(&mut self, place: usize, _from: Ipv4Addr, now: u64) {
+        self.site.open(place, STREAM_BYTES, now_ms(now));
+    }
+
+    fn receive(&mut self, place: usize, bytes: &mut [u8], now: u64) -> usize {
+        self.site.receive(place, bytes, now_ms(now))
+    }
+
+    fn hear_end(&mut self, place: usize) {
+        self.site.hear_end(place);
+    }
+
+    fn transmit(&mut self, place: usize, room: &mut [u8], now: u64) -> usize {
+        self.site.transmit(place, room, now_ms(now))
+    }
+
+    fn wish(&mut self, place: usize, now: u64) -> Wish {
+        match self.site.life(place, now_ms(now)) {
+            Life::Open => Wish::Open,
+            Life::Finish => Wish::Finish,
+            Life::Abort => Wish::Abort,
+        }
+    }
+
+    fn close(&mut self, place: usize) {
+        self.site.close(place);
+    }
+}
