@@ -110,7 +110,7 @@ const ADDITIONS: &[(&str, &str)] = &[
         "[pwm1]\nfrequency = 5000\n\n[switch]\na.enable = true\na.output_pin = PWM1_1\na.output_type = hwpwm\na.input_on_command = M3\nb.enable = true\nb.output_pin = PE9\nb.output_type = digital\nb.input_on_command = M8\n",
     ),
     ("a part that nothing reads yet", "[st7920]\nenable = true\n"),
-    ("pages that are not there yet", "[network]\nenable = true\nwebserver_enable = true\n"),
+    ("file transfer, which is not there yet", "[network]\nenable = true\nftp_enable = true\n"),
     (
         "texts that are no addresses",
         "[network]\nenable = true\nip_address = 192.168.1\nip_gateway = 192.168.1.256\ndns_server = router\n",
@@ -119,6 +119,10 @@ const ADDITIONS: &[(&str, &str)] = &[
     ("an address for all", "[network]\nenable = true\nip_address = 192.168.1.255\n"),
     ("a gateway elsewhere", "[network]\nenable = true\nip_address = 10.0.0.5\n"),
     ("a name with a blank", "[network]\nenable = true\nhostname = my machine\n"),
+    (
+        "a console at the page's port",
+        "[network]\nenable = true\nshell_enable = true\nwebserver_enable = true\nwebserver_port = 23\n",
+    ),
     ("two consoles at one port", "[network]\nenable = true\nshell_enable = true\ngrbl_enable = true\ngrbl_port = 23\n"),
     ("a rule without anything to watch or to do", "[temperature switch]\nhotend.enable = true\n"),
     (

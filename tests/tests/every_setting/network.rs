@@ -8,6 +8,7 @@ use super::{Row, row};
 
 const ON: &[&str] = &["[network] enable = true"];
 const CONSOLES: &[&str] = &["[network] enable = true", "[network] shell_enable = true", "[network] grbl_enable = true"];
+const PAGE: &[&str] = &["[network] enable = true", "[network] webserver_enable = true"];
 const FIXED: &[&str] = &["[network] enable = true", "[network] ip_address = 10.0.0.5"];
 
 pub const ROWS: &[Row] = &[
@@ -22,6 +23,8 @@ pub const ROWS: &[Row] = &[
     row("[network] shell_port", "23", "2300", Say(&["net"])).with(CONSOLES),
     row("[network] grbl_enable", "false", "true", Say(&["net"])).with(ON),
     row("[network] grbl_port", "2323", "8080", Say(&["net"])).with(CONSOLES),
+    row("[network] webserver_enable", "false", "true", Say(&["net"])).with(ON),
+    row("[network] webserver_port", "80", "8080", Say(&["net"])).with(PAGE),
     row("[network] timezone", "0", "5.75", Look(dated)).with(ON),
     row("[network] link", "auto", "10", Board("network/addresses.rs")).with(ON),
     row("[network] password_required", "true", "false", Board("network/consoles.rs")).with(CONSOLES),
