@@ -7,7 +7,7 @@ use crate::policy::signed;
 use crate::verify::TRAILER;
 use ed25519_dalek::{Signer, SigningKey};
 use md5::{Digest as _, Md5};
-use sha2::{Digest as _, Sha256};
+use sha2::Sha256;
 
 /// Seals an image, whether or not it was sealed before: whole flash words with a manifest in front. `key` is
 /// the secret half of an Ed25519 key.

@@ -4,7 +4,7 @@ use crate::flash::{Flash, Layout};
 use crate::manifest::{BOARD_MAGIC, Flaw, HASHED, MANIFEST_BYTES, Manifest};
 use crate::policy::Policy;
 use md5::{Digest as _, Md5};
-use sha2::{Digest as _, Sha256};
+use sha2::Sha256;
 
 /// Bytes that are read at a time: a block of the card.
 const CHUNK: usize = 512;

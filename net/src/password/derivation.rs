@@ -1,6 +1,6 @@
 //! PBKDF2-HMAC-SHA256 (RFC 8018 section 5.2) in slices: a hash is meant to take long, and no turn may.
 
-use hmac::{Hmac, KeyInit, Mac};
+use hmac::{Hmac, Mac};
 use sha2::Sha256;
 
 /// Longest password, in bytes: the block of SHA-256, beyond which HMAC hashes its key first.

@@ -9,8 +9,8 @@ use super::derivation::{Derivation, WORD_BYTES};
 use super::failures::Failures;
 use super::record::{ROUNDS, Record, SALT_BYTES};
 
-/// Rounds of a hash in one turn.
-const SLICE: u32 = 200;
+/// Rounds of a hash in one turn: a million instructions.
+const SLICE: u32 = 125;
 
 /// Purpose of a hash.
 enum Purpose {
