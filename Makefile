@@ -51,6 +51,8 @@ firmware: target/toolchain.mk
 	@$(FW_CARGO) build -q --locked -p firmware -p boot --release --target $(TRIPLE) $(FW_FLAGS)
 	@$(CARGO) run -q --locked -p xtask -- itcm $(IMAGE)
 	@$(CARGO) run -q --locked -p xtask -- itcm $(BOOT_STAGE)
+	@$(CARGO) run -q --locked -p xtask -- paths $(IMAGE)
+	@$(CARGO) run -q --locked -p xtask -- paths $(BOOT_STAGE)
 	@$(CARGO) run -q --locked -p xtask -- seal $(IMAGE) $(BOOT_STAGE)
 
 # What cargo has linked made fit to be flashed; scripts/on-board.sh calls it.

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Finds or installs the compilers and writes what it chose to the make fragment named by $1.
+# Finds or installs the compilers and writes what it chose to the make fragment named by $1; beside it paths.toml, which every
+# cargo reads (.cargo/config.toml).
 #
 #   CARGO       builds the host crates
 #   FW_CARGO    builds the image; FW_FLAGS are its extra flags
@@ -84,3 +85,14 @@ FW_CARGO := $fw_cargo
 FW_FLAGS := $fw_flags
 VP_CARGO := $cargo
 MK
+
+# A panic's place names the source's file. Without this the image would hold where this computer keeps crates, which is
+# somebody's home, and would be another image elsewhere. Of two prefixes that fit, the last counts.
+registry="${CARGO_HOME:-$HOME/.cargo}/registry/src"
+cat >"$(dirname "$out")/paths.toml" <<TOML
+[target.$target]
+rustflags = [
+    "--remap-path-prefix=$registry/=",
+    "--remap-path-prefix=$registry/index.crates.io-1949cf8c6b5b557f/=",
+]
+TOML

@@ -9,6 +9,7 @@ mod ledger;
 mod limit;
 mod memory;
 mod package;
+mod paths;
 mod seal;
 mod shape;
 mod sizes;
@@ -34,6 +35,7 @@ const HELP: &str = "usage: cargo xtask <task>
   seal ELF BOOT    puts the boot stage BOOT and the digest into the firmware ELF; the whole flash as raw bytes into ELF.bin,
                    the image for a card into flashme.bin beside it
   memory ELF       bytes taken in each memory region
+  paths ELF        the image ELF names no folder of this computer
   shape            functions, matches, public items and tests of every crate keep their limits
   shape CRATE      which of a crate do not, or not yet
   sizes ELF [WHAT] where bytes and stacks go: crate (bytes of flash by crate), function (the largest), text (constants by
@@ -68,6 +70,7 @@ fn run(arguments: &[String]) -> Result<()> {
         ["memory", elf] => memory::report(Path::new(elf)),
         ["sizes", elf] => sizes::report(Path::new(elf), "crate"),
         ["sizes", elf, what] => sizes::report(Path::new(elf), what),
+        ["paths", elf] => paths::check(root(), Path::new(elf)),
         ["budget", elf, board] => budget::check(root(), Path::new(elf), Path::new(board)),
         ["words"] => words::check(root(), None, MOST_OF_WORDS),
         ["words", folder] => words::check(root(), Some(folder), MOST_OF_WORDS),

@@ -90,7 +90,7 @@ fn section(bytes: &[u8], name: &str) -> Result<Range<usize>> {
 }
 
 /// The loadable segments of an ELF file as they lie in flash, gaps as erased flash.
-fn flash_image(bytes: &[u8]) -> Result<Vec<u8>> {
+pub fn flash_image(bytes: &[u8]) -> Result<Vec<u8>> {
     let file: ElfFile32<Endianness> = ElfFile32::parse(bytes).context("not a 32-bit ELF file")?;
     let endian = file.endian();
     let flash_bytes = (PRIME.log_at() + PRIME.sector_bytes) as usize;
