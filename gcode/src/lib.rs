@@ -11,6 +11,7 @@
 
 mod block;
 mod code_number;
+mod decimal;
 mod decoder;
 mod dialect;
 mod error;
@@ -27,6 +28,7 @@ mod text_value;
 mod whole_line;
 
 pub use block::{Block, Code, Letter, NO_TOOL, WORD_LETTERS, letter_bit};
+pub use decimal::{read_f32, read_f64};
 pub use decoder::{Decoder, Line, Refusal, checksum_of};
 pub use dialect::{Dialect, Dialects, ExtruderFollows};
 pub use error::{Problem, SyntaxError};

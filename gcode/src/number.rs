@@ -2,8 +2,8 @@
 //!
 //! `E` is an axis in G-code, so there is no exponent. A number of up to 15 digits (every number a slicer
 //! writes) is an exact integer divided by an exact power of ten: one rounding, so the result is the nearest
-//! `f64` (Clinger 1990, "How to read floating point numbers accurately"). Longer ones take the standard
-//! library's exact way.
+//! `f64` (Clinger 1990, "How to read floating point numbers accurately"). Longer ones take the exact
+//! way of `crate::decimal`.
 
 /// Powers of ten that an `f64` holds exactly.
 pub(crate) const POWERS_OF_TEN: [f64; 23] = [
@@ -11,7 +11,7 @@ pub(crate) const POWERS_OF_TEN: [f64; 23] = [
     1e21, 1e22,
 ];
 /// Integers up to here are exact in an `f64`.
-const EXACT: u64 = 1 << 53;
+pub(crate) const EXACT: u64 = 1 << 53;
 /// Greatest number of digits that always fit 32 bits.
 pub(crate) const SHORT: usize = 9;
 
@@ -83,7 +83,7 @@ fn long(text: &[u8], decimals: usize) -> Option<f64> {
 }
 
 fn exact(digits: &[u8]) -> Option<f64> {
-    core::str::from_utf8(digits).ok()?.parse().ok()
+    core::str::from_utf8(digits).ok().and_then(crate::decimal::read_f64)
 }
 
 /// The whole number at the start of `bytes`, with an optional sign, and its length.

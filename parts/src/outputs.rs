@@ -376,7 +376,7 @@ impl Outputs {
             return Ok(None);
         };
         if settings.is_input() {
-            let what = if value.parse::<f32>().is_ok() { "value" } else { "state" };
+            let what = if gcode::read_f32(value).is_some() { "value" } else { "state" };
             reply.say(format_args!("unknown command set-{what}.\n"));
             return Ok(None);
         }
@@ -385,9 +385,9 @@ impl Outputs {
         }
         // A file that is being played goes on, for the command is not the file's.
         needs(texts, config, Part::Switch(switch), false)?;
-        let change = match (value, value.parse::<f32>()) {
+        let change = match (value, gcode::read_f32(value)) {
             ("on" | "off", _) => self.turn_plainly(config, switch, value == "on"),
-            (_, Ok(number)) if number.is_finite() => self.set(config, switch, number > 0.0, number.clamp(0.0, 255.0)),
+            (_, Some(number)) if number.is_finite() => self.set(config, switch, number > 0.0, number.clamp(0.0, 255.0)),
             _ => return Err(texts.refused(format_args!("{value} is not on, off or a number"))),
         };
         reply.say(format_args!("switch {name} set to: {value}\n"));

@@ -62,7 +62,7 @@ fn parse(texts: &Texts, text: &str, e_axis: Option<Axis>) -> Result<Request, Fai
 fn parse_word(texts: &Texts, word: &str, e_axis: Option<Axis>, request: &mut Request) -> Result<(), Failure> {
     let mut characters = word.chars();
     let letter = characters.next().unwrap_or(' ').to_ascii_uppercase();
-    let number = characters.as_str().parse::<f64>().ok().filter(|number| number.is_finite());
+    let number = gcode::read_f64(characters.as_str()).filter(|number| number.is_finite());
     let number = number.ok_or_else(|| refused(texts, "no number after", word))?;
     match letter {
         'S' => request.rate = Rate::Scale(number),

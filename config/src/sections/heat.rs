@@ -410,7 +410,7 @@ impl TemperatureConfig {
     pub fn named_presets(&self) -> impl Iterator<Item = (&str, Option<Celsius>)> {
         self.preset_names.split(',').map(str::trim).filter(|preset| !preset.is_empty()).map(|preset| {
             let (name, celsius) = preset.split_once([' ', '\t']).unwrap_or((preset, ""));
-            (name, celsius.trim().parse().ok().filter(|celsius: &f32| *celsius > 0.0).map(Celsius))
+            (name, gcode::read_f32(celsius.trim()).filter(|celsius| *celsius > 0.0).map(Celsius))
         })
     }
 

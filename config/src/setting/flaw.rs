@@ -126,7 +126,7 @@ fn number_fix(text: &str) -> &'static str {
         "comments begin with #"
     } else if text.contains(',') {
         "write one number, with a point for decimals"
-    } else if text.parse::<f64>().is_ok() {
+    } else if gcode::read_f64(text).is_some() {
         "write its digits alone"
     } else {
         "write only the number, without unit"

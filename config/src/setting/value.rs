@@ -115,9 +115,9 @@ pub(crate) fn has_fraction(text: &str) -> bool {
 }
 
 fn number(text: &str) -> Result<f64, Flaw<'_>> {
-    // The standard parser also knows "inf" and "nan"; a machine does not.
+    // The reader also knows "inf" and "nan"; a machine does not.
     let starts_well = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'));
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && starts_well);
+    let value = gcode::read_f64(text).filter(|value| value.is_finite() && starts_well);
     value.ok_or(Flaw::NotNumber(text))
 }
 

@@ -38,7 +38,7 @@ pub fn load_parameters<S: Storage>(storage: &mut S, program: &mut Interpreter) -
 
 fn parse(line: &[u8]) -> Option<(u16, f64)> {
     let mut words = core::str::from_utf8(line).ok()?.split_ascii_whitespace();
-    let (number, value) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
+    let (number, value) = (words.next()?.parse().ok()?, gcode::read_f64(words.next()?)?);
     words.next().is_none().then_some((number, value))
 }
 

@@ -100,8 +100,8 @@ impl Objects {
         let mut outline = [0.0_f32; 4];
         let mut numbers = box_of.split(',');
         for number in &mut outline {
-            let read = numbers.next().and_then(|text| text.parse().ok());
-            *number = read.filter(|number: &f32| number.is_finite()).ok_or(MEANT)?;
+            let read = numbers.next().and_then(gcode::read_f32);
+            *number = read.filter(|number| number.is_finite()).ok_or(MEANT)?;
         }
         let [left, near, right, far] = outline;
         if numbers.next().is_some() || left > right || near > far {

@@ -90,7 +90,7 @@ impl Outline {
         if self.number.is_empty() {
             return;
         }
-        let number = self.number.parse().ok().filter(|number: &f64| number.is_finite());
+        let number = gcode::read_f64(&self.number).filter(|number| number.is_finite());
         self.number.clear();
         let Some(number) = number else {
             self.is_wrong = true;

@@ -116,7 +116,7 @@ pub fn parse(text: &str) -> Result<(Place, &str), Failure> {
     let place = match kind {
         "layer" => Place::Layer(count()?),
         "line" => Place::Line(count()?),
-        "height" => Place::Height(number.parse().ok().filter(|mm: &f64| mm.is_finite()).ok_or_else(wrong)?),
+        "height" => Place::Height(gcode::read_f64(number).filter(|mm| mm.is_finite()).ok_or_else(wrong)?),
         _ => return Err(wrong()),
     };
     Ok((place, command.trim()))

@@ -29,7 +29,7 @@ impl SlicerTimes {
 
     fn read_progress(&mut self, text: &str) {
         let Some(words) = text.strip_prefix("M73 ") else { return };
-        let minutes = words.split_whitespace().find_map(|word| word.strip_prefix('R')?.parse::<f32>().ok());
+        let minutes = words.split_whitespace().find_map(|word| gcode::read_f32(word.strip_prefix('R')?));
         if let Some(minutes) = minutes.filter(|minutes| minutes.is_finite() && *minutes >= 0.0) {
             self.left = Some(60.0 * minutes);
             // The first M73 tells the whole time.
@@ -57,7 +57,7 @@ impl SlicerTimes {
 }
 
 fn seconds(text: &str) -> Option<f32> {
-    text.trim().parse::<f32>().ok().filter(|seconds| seconds.is_finite() && *seconds >= 0.0)
+    gcode::read_f32(text.trim()).filter(|seconds| seconds.is_finite() && *seconds >= 0.0)
 }
 
 /// Reads `1d 2h 3m 4s`, or `1 hour 23 minutes`, in seconds.
@@ -66,7 +66,7 @@ fn in_words(text: &str) -> Option<f32> {
     loop {
         let digits = rest.find(|letter: char| !letter.is_ascii_digit() && letter != '.').unwrap_or(rest.len());
         let (number, behind) = rest.split_at(digits);
-        let Ok(number) = number.parse::<f32>() else { return sum };
+        let Some(number) = gcode::read_f32(number) else { return sum };
         let unit = behind.trim_start();
         let factor = match unit.as_bytes().first() {
             Some(b'd') => 86_400.0,

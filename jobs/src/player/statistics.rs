@@ -98,7 +98,7 @@ impl Statistics {
     /// Reads a line of the file; false when it cannot be one.
     pub fn read(&mut self, line: &str) -> bool {
         let Some((key, value)) = line.split_once('=') else { return line.trim().is_empty() || line.starts_with('#') };
-        let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
+        let value = gcode::read_f64(value.trim()).filter(|value| value.is_finite() && *value >= 0.0);
         value.is_some_and(|value| self.life.read(key.trim(), value) || self.heaters.read(key.trim(), value))
     }
 

@@ -44,8 +44,8 @@ impl Tower {
         };
         let number = |key: &'static str| match command.get(key) {
             None => Ok(None),
-            Some(value) => match value.trim().parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(Some(number)),
+            Some(value) => match gcode::read_f64(value.trim()) {
+                Some(number) if number.is_finite() => Ok(Some(number)),
                 _ => Err(texts.refused(format_args!("TUNING_TOWER: {key} is no number: {value}"))),
             },
         };

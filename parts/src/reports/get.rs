@@ -67,14 +67,14 @@ fn kinematics(
     reply: &mut Reply<'_>,
 ) -> Result<(), Failure> {
     let usage = || Failure::refused(&"usage: get [fk|ik] x[,y,z]");
-    let mut given = numbers.unwrap_or("").split(',').map(str::parse::<f64>);
-    let mut last = given.next().and_then(Result::ok).ok_or_else(usage)?;
+    let mut given = numbers.unwrap_or("").split(',').map(gcode::read_f64);
+    let mut last = given.next().flatten().ok_or_else(usage)?;
     let mut point = PerAxis::default();
     for axis in Axis::PRIMARY {
         if axis != Axis::X
             && let Some(number) = given.next()
         {
-            last = number.map_err(|_| usage())?;
+            last = number.ok_or_else(usage)?;
         }
         point[axis] = last;
     }

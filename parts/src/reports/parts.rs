@@ -61,9 +61,9 @@ pub fn thermistors(reply: &mut Reply<'_>) {
 pub fn thermistor_coefficients(texts: &Texts, arguments: &str, reply: &mut Reply<'_>) -> Outcome {
     const USAGE: &str = "usage: calc_thermistor T1,R1,T2,R2,T3,R3 (degrees Celsius and ohms)";
     let mut numbers = [0.0_f32; 6];
-    let mut given = arguments.split([',', ' ']).filter(|word| !word.is_empty()).map(str::parse::<f32>);
+    let mut given = arguments.split([',', ' ']).filter(|word| !word.is_empty()).map(gcode::read_f32);
     for number in &mut numbers {
-        *number = given.next().and_then(Result::ok).ok_or_else(|| Failure::refused(&USAGE))?;
+        *number = given.next().flatten().ok_or_else(|| Failure::refused(&USAGE))?;
     }
     if given.next().is_some() {
         return Err(Failure::refused(&USAGE));

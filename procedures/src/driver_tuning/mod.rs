@@ -255,7 +255,7 @@ fn prepare<'c>(hands: &mut impl PhaseHands<'c>, arguments: &str) -> Result<(Way,
     let way = way(hands, axis, motor)?;
     let mut speeds = Speeds::new();
     for word in words {
-        let rate = word.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+        let rate = gcode::read_f64(word).filter(|rate| rate.is_finite() && *rate > 0.0);
         let pushed = rate.map(|rate| speeds.push(rate));
         if !matches!(pushed, Some(Ok(()))) {
             return Err(Failure::refused(&USAGE));

@@ -213,7 +213,7 @@ impl ProfileReader {
     }
 
     fn number(&self, word: &str) -> Result<f64, FileFlaw> {
-        let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+        let number = gcode::read_f64(word).filter(|number| number.is_finite());
         number.ok_or_else(|| self.flaw("a number was expected"))
     }
 }

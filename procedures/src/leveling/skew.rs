@@ -128,8 +128,7 @@ fn read_file(storage: &mut impl Storage, path: &str) -> Result<Option<Skew>, Sto
 fn parse(text: &str) -> Option<Skew> {
     let mut words = text.split_ascii_whitespace();
     words.next().filter(|code| *code == "M852")?;
-    let mut factor =
-        |letter| words.next()?.strip_prefix(letter)?.parse().ok().filter(|factor: &f64| factor.is_finite());
+    let mut factor = |letter| gcode::read_f64(words.next()?.strip_prefix(letter)?).filter(|factor| factor.is_finite());
     Some(Skew { xy: factor('I')?, xz: factor('J')?, yz: factor('K')? })
 }
 

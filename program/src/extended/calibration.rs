@@ -103,7 +103,7 @@ fn delta_analyze(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> 
         }
         put(line, code)?;
         for (part, letter) in text.split(',').zip([" A", " B", " C", " D", " E", " F"]) {
-            let mm = part.trim().parse().ok().filter(|mm: &f64| mm.is_finite());
+            let mm = gcode::read_f64(part.trim()).filter(|mm| mm.is_finite());
             put_number(line, letter, mm.ok_or(ExtendedFault::NotANumber(key))?)?;
         }
     }
@@ -139,8 +139,8 @@ fn set_skew(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Resul
     let mut any = false;
     for (key, code) in [("XY", "M852 P0"), ("XZ", "M852 P1"), ("YZ", "M852 P2")] {
         let Some(text) = command.get(key) else { continue };
-        let mut lengths = text.split(',').map(|length| length.trim().parse::<f64>());
-        let (Some(Ok(ac)), Some(Ok(bd)), Some(Ok(ad)), None) =
+        let mut lengths = text.split(',').map(|length| gcode::read_f64(length.trim()));
+        let (Some(Some(ac)), Some(Some(bd)), Some(Some(ad)), None) =
             (lengths.next(), lengths.next(), lengths.next(), lengths.next())
         else {
             return Err(ExtendedFault::ThreeLengths(key));

@@ -82,7 +82,7 @@ fn named(line: &mut CodeLine, code: &str, name: &str) -> Result<(), ExtendedFaul
 fn pair(command: &Extended<'_>, key: &'static str) -> Result<Option<[f64; 2]>, ExtendedFault> {
     let Some(text) = command.get(key) else { return Ok(None) };
     let (one, other) = text.split_once(',').unwrap_or((text, text));
-    let read = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+    let read = |text: &str| gcode::read_f64(text.trim()).filter(|number| number.is_finite());
     read(one).zip(read(other)).map(|(one, other)| Some([one, other])).ok_or(ExtendedFault::NotANumber(key))
 }
 

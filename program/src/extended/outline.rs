@@ -22,7 +22,7 @@ fn around(polygon: &str) -> Option<[f64; 4]> {
     let mut around: Option<[f64; 4]> = None;
     for point in inner.split(']').map(|point| point.trim_start_matches([',', ' '])).filter(|point| !point.is_empty()) {
         let (x, y) = point.strip_prefix('[')?.split_once(',')?;
-        let read = |text: &str| text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+        let read = |text: &str| gcode::read_f64(text.trim()).filter(|number| number.is_finite());
         let (x, y) = (read(x)?, read(y)?);
         let [left, near, right, far] = around.unwrap_or([x, y, x, y]);
         around = Some([left.min(x), near.min(y), right.max(x), far.max(y)]);

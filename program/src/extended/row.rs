@@ -130,7 +130,7 @@ pub(super) fn put(line: &mut CodeLine, text: &str) -> Result<(), ExtendedFault> 
 /// Parses a parameter as a number.
 pub(super) fn number(command: &Extended<'_>, key: &'static str) -> Result<Option<f64>, ExtendedFault> {
     let Some(text) = command.get(key) else { return Ok(None) };
-    let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let number = gcode::read_f64(text.trim()).filter(|number| number.is_finite());
     number.map(Some).ok_or(ExtendedFault::NotANumber(key))
 }
 

@@ -83,7 +83,7 @@ impl ToolEntry {
     }
 
     fn take(&mut self, letter: char, text: &str) -> Result<(), ToolLineFlaw> {
-        let value: Option<f64> = text.parse().ok().filter(|value: &f64| value.is_finite());
+        let value = gcode::read_f64(text).filter(|value| value.is_finite());
         let wrong = ToolLineFlaw::Word(letter);
         let axis = Axis::from_letter(letter).map(|axis| axis as usize);
         match (letter, axis) {

@@ -87,7 +87,7 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
         _ => ' ',
     };
     let letter = letter.to_ascii_uppercase();
-    let mut number = || words.next().map(|word| word.parse().ok().filter(|n: &f64| n.is_finite()).ok_or(usage));
+    let mut number = || words.next().map(|word| gcode::read_f64(word).filter(|n| n.is_finite()).ok_or(usage));
     if what == "endstop" {
         let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
         let count = number().transpose()?.unwrap_or(f64::from(APPROACHES));

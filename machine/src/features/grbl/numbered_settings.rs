@@ -324,7 +324,7 @@ impl Setting {
     /// # Errors
     /// When the text is no number that the setting takes, or the setting is read only.
     pub fn change(self, texts: &Texts, text: &str, of: &Sources<'_>) -> Result<Change, Failure> {
-        let wanted = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && value.abs() < 1e9);
+        let wanted = gcode::read_f64(text.trim()).filter(|value| value.is_finite() && value.abs() < 1e9);
         let wanted = wanted.ok_or_else(|| Failure::refused(&"a setting takes a number").with_reason(Reason::Number))?;
         if wanted < 0.0 {
             return Err(Failure::refused(&"a setting is not negative").with_reason(Reason::Negative));
