@@ -108,7 +108,7 @@ impl Pwm {
     pub fn set(&mut self, timer: usize, channel: usize, duty: f32) {
         let Some(period) = self.periods.get(timer) else { return };
         // Adding half a count and cutting the fraction rounds to the nearest count.
-        let counts = (duty.clamp(0.0, 1.0) * *period as f32 + 0.5) as u16;
+        let counts = (units::within(duty, 0.0, 1.0) * *period as f32 + 0.5) as u16;
         let Some(timer) = self.timer(timer) else { return };
         match channel {
             0 => timer.ccr1().write(|w| w.ccr().bits(counts)),

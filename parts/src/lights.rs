@@ -47,7 +47,7 @@ enum Look {
 impl Look {
     fn of(condition: Condition, lights: u16, now: Micros) -> Self {
         // At least one light, and all of them only at the end.
-        let bar = |share: f32| 1 + (share.clamp(0.0, 1.0) * f32::from(lights.saturating_sub(1))) as u16;
+        let bar = |share: f32| 1 + (units::within(share, 0.0, 1.0) * f32::from(lights.saturating_sub(1))) as u16;
         match condition {
             Condition::Halted if (now.0 / BLINK.0).is_multiple_of(2) => Self::All(HALTED),
             Condition::Halted => Self::All(Colour::BLACK),
@@ -74,7 +74,7 @@ impl Look {
 
 /// Mixes two colours by a share; in steps, so that a slow change is no change each time.
 fn between(from: Colour, to: Colour, share: f32) -> Colour {
-    let share = libm::roundf(share.clamp(0.0, 1.0) * 32.0) / 32.0;
+    let share = libm::roundf(units::within(share, 0.0, 1.0) * 32.0) / 32.0;
     let mut parts = from.parts();
     for (part, to) in parts.iter_mut().zip(to.parts()) {
         let (start, end) = (f32::from(*part), f32::from(to));

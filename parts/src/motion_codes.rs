@@ -246,7 +246,7 @@ fn set_speed_factor(program: &mut Interpreter, words: &Words<'_>) {
     }
     let kept = words.has('R').then(|| program.modal().kept_speed_factor);
     if let Some(factor) = words.get('S').or(kept) {
-        program::speed_factor::set(program, factor.clamp(*FACTOR.start(), *FACTOR.end()));
+        program::speed_factor::set(program, units::within(factor, *FACTOR.start(), *FACTOR.end()));
     }
 }
 

@@ -69,12 +69,12 @@ fn on_value(config: &SwitchConfig, s: Option<f32>) -> (bool, f32) {
         OutputKind::SigmaDelta => {
             let max = f32::from(config.max_pwm.0);
             let value = |s| libm::roundf(spindle::on_scale(config, s, 255.0) * max / 255.0);
-            let value = s.map_or(config.startup_value, value).clamp(0.0, max);
+            let value = units::within(s.map_or(config.startup_value, value), 0.0, max);
             (value > 0.0, value)
         }
         OutputKind::HardwarePwm => {
             let percent = |s| spindle::on_scale(config, s, 100.0);
-            let percent = s.map_or(config.default_on_value, percent).clamp(0.0, 100.0);
+            let percent = units::within(s.map_or(config.default_on_value, percent), 0.0, 100.0);
             (percent > config.startup_value, percent)
         }
     }
@@ -92,7 +92,7 @@ fn plain_value(config: &SwitchConfig, on: bool) -> f32 {
     match (on, config.output_kind) {
         (false, _) => off_value(config),
         (true, OutputKind::Digital) => 255.0,
-        (true, OutputKind::SigmaDelta) => config.startup_value.clamp(0.0, f32::from(config.max_pwm.0)),
+        (true, OutputKind::SigmaDelta) => units::within(config.startup_value, 0.0, f32::from(config.max_pwm.0)),
         (true, OutputKind::HardwarePwm) => config.default_on_value,
     }
 }
@@ -120,7 +120,7 @@ fn given(config: &MachineConfig, switch: SwitchId, on: bool, value: f32) -> Opti
     Some(match config.switches.get(switch.index())?.output_kind {
         OutputKind::HardwarePwm => Output::Pwm(switch.0, value / 100.0),
         OutputKind::Digital => Output::Switch(switch.0, if value > 0.0 && on { Duty::FULL } else { Duty::OFF }),
-        OutputKind::SigmaDelta => Output::Switch(switch.0, Duty(value.clamp(0.0, 255.0) as u8)),
+        OutputKind::SigmaDelta => Output::Switch(switch.0, Duty(units::within(value, 0.0, 255.0) as u8)),
     })
 }
 
@@ -387,7 +387,9 @@ impl Outputs {
         needs(texts, config, Part::Switch(switch), false)?;
         let change = match (value, gcode::read_f32(value)) {
             ("on" | "off", _) => self.turn_plainly(config, switch, value == "on"),
-            (_, Some(number)) if number.is_finite() => self.set(config, switch, number > 0.0, number.clamp(0.0, 255.0)),
+            (_, Some(number)) if number.is_finite() => {
+                self.set(config, switch, number > 0.0, units::within(number, 0.0, 255.0))
+            }
             _ => return Err(texts.refused(format_args!("{value} is not on, off or a number"))),
         };
         reply.say(format_args!("switch {name} set to: {value}\n"));

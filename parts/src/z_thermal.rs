@@ -90,7 +90,7 @@ impl Thermal {
     /// offset where it has changed, mm.
     pub fn read(&mut self, celsius: Option<f64>, seconds: f64, is_homed: bool) -> Option<f64> {
         let celsius = celsius.filter(|celsius| celsius.is_finite())?;
-        let share = (seconds / self.smooth_s.max(seconds)).clamp(0.0, 1.0);
+        let share = units::within(seconds / self.smooth_s.max(seconds), 0.0, 1.0);
         let smoothed = self.celsius.map_or(celsius, |before| before + share * (celsius - before));
         self.celsius = Some(smoothed);
         if self.reference.is_none() && is_homed {
@@ -108,7 +108,7 @@ impl Thermal {
     fn wanted(&self) -> f64 {
         let (Some(now), Some(then)) = (self.celsius, self.reference.filter(|_| self.is_on())) else { return 0.0 };
         let most = self.max_adjust;
-        (-self.coefficient * (now - then)).clamp(-most, most)
+        units::within(-self.coefficient * (now - then), -most, most)
     }
 
     /// M290.1: K is the coefficient, mm for a degree; S0 switches the compensation off, S1 on; R is the

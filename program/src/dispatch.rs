@@ -186,7 +186,7 @@ fn is_fan(context: &Context<'_>) -> bool {
 fn fan_of(code: Code, context: &Context<'_>) -> Code {
     let is_fan = code.letter == Letter::M && matches!(code.number, 106 | 107 | 280) && code.subcode == 0;
     match context.words.get('P') {
-        Some(fan) if is_fan && context.dialect.numbers_fans() => code.sub(fan.clamp(0.0, 255.0) as u8),
+        Some(fan) if is_fan && context.dialect.numbers_fans() => code.sub(units::within(fan, 0.0, 255.0) as u8),
         _ => code,
     }
 }

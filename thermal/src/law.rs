@@ -65,7 +65,7 @@ impl Steps {
     /// Returns the next output; `wanted` is 0 to 255.
     pub(super) fn next(&mut self, wanted: f32) -> Duty {
         let whole = (wanted + self.left_out) as u8;
-        self.left_out = (wanted + self.left_out - f32::from(whole)).clamp(0.0, 1.0);
+        self.left_out = units::within(wanted + self.left_out - f32::from(whole), 0.0, 1.0);
         Duty(whole)
     }
 }
@@ -120,7 +120,7 @@ impl Pid {
     }
 
     fn start(&mut self, reading: f32, output: f32) {
-        let integral = output.clamp(0.0, self.gains.i_max.max(0.0));
+        let integral = units::within(output, 0.0, self.gains.i_max.max(0.0));
         let (last_reading, last_output) = (reading, output);
         *self = Self { integral, last_reading, last_output, slope: 0.0, steps: Steps::default(), ..*self };
     }
@@ -134,16 +134,16 @@ impl Pid {
         }
         let is_limited = self.last_output >= self.max && error > 0.0 || self.last_output <= 0.0 && error < 0.0;
         let output = if gains.on_measurement {
-            self.integral = (self.integral + gains.i * error * dt - gains.p * change).clamp(0.0, self.max);
+            self.integral = units::within(self.integral + gains.i * error * dt - gains.p * change, 0.0, self.max);
             self.integral - gains.d * self.slope
         } else {
             if !(gains.conditional_integral && is_limited) {
-                self.integral = (self.integral + gains.i * error * dt).clamp(0.0, gains.i_max.max(0.0));
+                self.integral = units::within(self.integral + gains.i * error * dt, 0.0, gains.i_max.max(0.0));
             }
             gains.p * error + self.integral - gains.d * self.slope
         };
         self.last_reading = reading;
-        self.last_output = output.clamp(0.0, self.max);
+        self.last_output = units::within(output, 0.0, self.max);
         self.steps.next(self.last_output)
     }
 }

@@ -73,7 +73,7 @@ impl Model {
         let watts = settings.capacity * (missing + self.unknown) + self.lost_w;
         let output = watts / settings.power_w.max(f32::MIN_POSITIVE) * f32::from(Duty::FULL.0);
         // Neither clamp nor cast keeps a NaN out.
-        self.output = if output.is_finite() { output.clamp(0.0, self.max) } else { 0.0 };
+        self.output = if output.is_finite() { units::within(output, 0.0, self.max) } else { 0.0 };
         self.steps.next(self.output)
     }
 

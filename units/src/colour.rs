@@ -38,7 +38,7 @@ impl Colour {
     /// Returns the colour at a share of its brightness, 0 to 1; to the nearest step.
     #[must_use]
     pub fn dimmed(self, share: f32) -> Self {
-        let share = share.clamp(0.0, 1.0);
+        let share = crate::within(share, 0.0, 1.0);
         Self::from_parts(self.parts().map(|part| (f32::from(part) * share + 0.5) as u8))
     }
 }

@@ -23,6 +23,7 @@ mod thermocouple;
 mod time;
 mod tool;
 mod tool_settings;
+mod within;
 
 pub use arms::{Deltesian, LinearDeltaGeometry, Morgan, RotaryDelta};
 pub use axis::{Actuator, Axis, MAX_ACTUATORS, MAX_AXES, PerActuator, PerAxis};
@@ -42,3 +43,4 @@ pub use thermocouple::Thermocouple;
 pub use time::{Micros, STEP_CLOCK_HZ, TICK_NANOSECONDS, Ticks};
 pub use tool::ToolId;
 pub use tool_settings::{CycleSetup, ServoSetup, ToolSettings};
+pub use within::within;

@@ -241,7 +241,7 @@ impl Reader<'_> {
     ) -> Value<'t> {
         let Value::Integer(read) = value else { return value };
         let within = row.typical.filter(|_| row.is_limited).map(|&(low, high)| (low as i64, high as i64));
-        let taken = within.map_or(read, |(low, high)| read.clamp(low, high));
+        let taken = within.map_or(read, |(low, high)| units::within(read, low, high));
         let why = match within.filter(|_| taken != read) {
             Some((low, high)) => cut(format_args!("Velvet can do {low} to {high}")),
             None if value::has_fraction(text) => cut::<48>(format_args!("it is a whole number")),

@@ -102,7 +102,7 @@ impl Jobs {
         let time = self.time_left(job, time_left);
         let by_size = || 100.0 * self.place(job).1 as f32 / job.size.max(1) as f32;
         let by_time = |(left, total, _): (f32, f32, _)| (total > 0.0).then(|| 100.0 * (1.0 - left / total));
-        let percent = libm::floorf(time.and_then(by_time).unwrap_or_else(by_size).clamp(0.0, 100.0));
+        let percent = libm::floorf(units::within(time.and_then(by_time).unwrap_or_else(by_size), 0.0, 100.0));
         let minutes = time.map_or(-1.0, |(left, ..)| libm::ceilf(left / 60.0));
         reply.say(format_args!(
             "NORMAL MODE: Percent done: {percent:.0}; print time remaining in mins: {minutes:.0}; Change in mins: -1\n"

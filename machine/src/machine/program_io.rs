@@ -107,7 +107,7 @@ pub(crate) fn speed_factor<P: Ports>(
             world.say(to, format_args!("Speed factor at {percent:6.2} %\n"));
         }
         Some(factor) if is_beside => {
-            let own = factor.clamp(0.1, 10.0) / program.modal().speed_factor;
+            let own = units::within(factor, 0.1, 10.0) / program.modal().speed_factor;
             set_feed(&mut world.ports, feed_waits, own);
             if !world.config.motion.compliant_seek_rate {
                 world.ports.motion(|motion| motion.set_overrides(motion.overrides().feed, own));

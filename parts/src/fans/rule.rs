@@ -75,8 +75,8 @@ impl Rule {
             slope = if passed > 0.0 { (reading - last) / passed } else { 0.0 };
         }
         self.last = Some((reading, now));
-        self.integral = (self.integral + fan.control.i * error * passed).clamp(0.0, most);
-        (fan.control.p * error + self.integral + fan.control.d * slope).clamp(least, most)
+        self.integral = units::within(self.integral + fan.control.i * error * passed, 0.0, most);
+        units::within(fan.control.p * error + self.integral + fan.control.d * slope, least, most)
     }
 }
 

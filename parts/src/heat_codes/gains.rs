@@ -114,7 +114,7 @@ fn set_gains(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words
         *place = words.get(letter).map_or(*place, |value| value as f32);
     }
     gains.on_measurement = words.get('Z').map_or(gains.on_measurement, |value| value == 1.0);
-    let max_duty = words.get('Y').map_or(max_duty, |value| Duty(value.clamp(0.0, 255.0) as u8));
+    let max_duty = words.get('Y').map_or(max_duty, |value| Duty(units::within(value, 0.0, 255.0) as u8));
     heat.set_law(id, LawSettings::Pid(gains), max_duty)
 }
 

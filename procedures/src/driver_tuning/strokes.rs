@@ -110,7 +110,8 @@ fn one_way<'c>(
     let [least, most] = way.ends;
     let needed = way.needed(rate, is_crawl);
     let up = most - target[way.axis] > target[way.axis] - least;
-    target[way.axis] = if up { target[way.axis] + needed } else { target[way.axis] - needed }.clamp(least, most);
+    target[way.axis] =
+        units::within(if up { target[way.axis] + needed } else { target[way.axis] - needed }, least, most);
     hands.go(target, MmPerSecond(rate), Mode::Feed)?;
     homing::steady(hands, way.full_step)?;
     let speed = hands.motion(|motion| motion.speed().0);

@@ -322,7 +322,7 @@ fn named_point(shape: &GridShape, words: &Words<'_>, here: [f64; 2]) -> Option<u
         let get = |of: [f64; 2]| of.get(axis).copied().unwrap_or(0.0);
         let cells = (place - get(shape.origin)) / get(shape.step);
         let last = shape.count.get(axis).copied().unwrap_or(1).saturating_sub(1);
-        libm::round(cells).clamp(0.0, last as f64) as usize
+        units::within(libm::round(cells), 0.0, last as f64) as usize
     };
     let (column, row) = if words.has('C') {
         (nearest(0, here[0]), nearest(1, here[1]))

@@ -118,7 +118,7 @@ impl Picture {
         let [lx, ly] = last;
         let (low, high) = ([fx.min(lx), fy.min(ly)], [fx.max(lx), fy.max(ly)]);
         let ratio = (high[1] - low[1]) / (high[0] - low[0]);
-        let lines = libm::round(ratio * WIDTH as f64 / LETTER).clamp(LINES.0, LINES.1);
+        let lines = units::within(libm::round(ratio * WIDTH as f64 / LETTER), LINES.0, LINES.1);
         Self { low, high, lines: lines as usize }
     }
 
@@ -142,7 +142,7 @@ impl Picture {
 fn shade(z: f64, form: &Form) -> char {
     let range = form.range();
     let share = if range > 0.0 { (z - form.lowest[2]) / range } else { 0.5 };
-    let index = (share * SHADES.len() as f64).clamp(0.0, (SHADES.len() - 1) as f64);
+    let index = units::within(share * SHADES.len() as f64, 0.0, (SHADES.len() - 1) as f64);
     SHADES.get(index as usize).copied().unwrap_or(b'?') as char
 }
 

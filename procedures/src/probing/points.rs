@@ -213,7 +213,8 @@ fn touch_once<'c>(hands: &mut impl ProbeHands<'c>, height: f64, deepest: Option<
     let probe = hands.tuning().probe;
     let over = hands.position();
     let most = probe.max_travel.0;
-    let travel = deepest.map_or(most, |deepest| ((deepest - over[Axis::Z]) * towards_bed(&probe)).clamp(0.0, most));
+    let travel =
+        deepest.map_or(most, |deepest| units::within((deepest - over[Axis::Z]) * towards_bed(&probe), 0.0, most));
     let down = Search::down(over, probe.slow_rate, travel, probe.reverse_z);
     let Some(contact) = search(hands, &down)? else {
         lift(hands, height)?;

@@ -161,7 +161,7 @@ fn output(
     // Resolution is a tenth of a percent, or a whole step of 255.
     let fine = if full <= 100.0 { 10.0 } else { 1.0 };
     // A plain on/off switch takes any S for on.
-    let value = libm::round(share.clamp(0.0, 1.0) * full * fine) / fine;
+    let value = libm::round(units::within(share, 0.0, 1.0) * full * fine) / fine;
     let written = match (off.filter(|_| share <= 0.0), place) {
         (Some(off), _) => write!(line, "{off}"),
         (None, Some(place)) => write!(line, "{on} P{place} S{value}"),
@@ -198,7 +198,7 @@ fn set_led(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Re
     put_number(line, " S", names.strip(name).ok_or(ExtendedFault::NoStrip)?.into())?;
     for (key, letter) in [("RED", " R"), ("GREEN", " U"), ("BLUE", " B"), ("WHITE", " W")] {
         let share = number(command, key)?.unwrap_or(0.0);
-        put_number(line, letter, libm::round(share.clamp(0.0, 1.0) * 255.0))?;
+        put_number(line, letter, libm::round(units::within(share, 0.0, 1.0) * 255.0))?;
     }
     if let Some(place) = number(command, "INDEX")? {
         put_number(line, " I", place - 1.0)?;
@@ -287,7 +287,7 @@ fn velocity_limit(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) ->
         (Some(ratio), _, _) => Some(ratio),
         // Klipper before 0.12 gave the ratio by `ACCEL_TO_DECEL`.
         (_, Some(to_decelerate), Some(acceleration)) if acceleration > 0.0 => {
-            Some((1.0 - to_decelerate / acceleration).clamp(0.0, 0.95))
+            Some(units::within(1.0 - to_decelerate / acceleration, 0.0, 0.95))
         }
         _ => None,
     };

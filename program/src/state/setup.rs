@@ -84,14 +84,14 @@ impl PulseSetup {
     pub fn percent_of_s(&self, s: f32) -> f32 {
         let Some(ServoSetup { max_angle, pulse_us: [least, most] }) = self.servo else { return s };
         let width = if s <= max_angle { least + (most - least) * s.max(0.0) / max_angle } else { s };
-        self.percent_per_us * width.clamp(least, most)
+        self.percent_per_us * units::within(width, least, most)
     }
 
     /// Returns the percent for a pulse width in microseconds.
     #[must_use]
     pub fn percent_of_width(&self, us: f32) -> f32 {
-        let us = self.servo.map_or(us, |servo| us.clamp(servo.pulse_us[0], servo.pulse_us[1]));
-        (self.percent_per_us * us).clamp(0.0, 100.0)
+        let us = self.servo.map_or(us, |servo| units::within(us, servo.pulse_us[0], servo.pulse_us[1]));
+        units::within(self.percent_per_us * us, 0.0, 100.0)
     }
 }
 

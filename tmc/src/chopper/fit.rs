@@ -58,7 +58,7 @@ impl Regulated {
         }
         let exact = (SLOW_DECAY / CYCLES_HZ * self.clock_hz - OFF_LEAST_CLOCKS) / OFF_CLOCKS;
         let [least, most] = OFF_TIMES;
-        let off_time = (exact + 0.5).clamp(least, most) as u8;
+        let off_time = units::within(exact + 0.5, least, most) as u8;
         let off_s = (OFF_LEAST_CLOCKS + OFF_CLOCKS * f32::from(off_time)) / self.clock_hz;
         let blank_s = f32::from(self.blank_clocks) / self.clock_hz;
         let rise = self.supply.0 * blank_s / coil.henries;

@@ -91,7 +91,7 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
     if what == "endstop" {
         let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
         let count = number().transpose()?.unwrap_or(f64::from(APPROACHES));
-        return Ok(Test::Endstop(axis, count.clamp(2.0, 100.0) as u8));
+        return Ok(Test::Endstop(axis, units::within(count, 2.0, 100.0) as u8));
     }
     if what == "backlash" {
         let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;

@@ -22,7 +22,7 @@ pub(crate) fn time_left<P: Ports>(ahead: &mut Forecasting<'_, '_, P>) -> TimeLef
     let planned = forecast.course(|course| {
         let factor = now / course.factor_at(made);
         let [left, least] = [made, made + 1].map(|lines| course.left(lines).seconds(factor));
-        let left = (left - waited.0 as f32 * 1e-6).clamp(least.min(left), left);
+        let left = units::within(left - waited.0 as f32 * 1e-6, least.min(left), left);
         Planned { left, total: course.total().seconds(factor) }
     });
     let planned = planned.filter(|_| is_its);
