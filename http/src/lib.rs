@@ -1,5 +1,5 @@
-//! A web server's protocols over bytes: HTTP/1.1 (RFC 9110, RFC 9112), WebSocket (RFC 6455) and JSON
-//! (RFC 8259).
+//! A web server's protocols over bytes: HTTP/1.1 (RFC 9110, RFC 9112), WebSocket (RFC 6455), JSON
+//! (RFC 8259), and forms with files (RFC 7578).
 //!
 //! Bytes come in as they arrive, bytes go out into whatever room there is, and the time is an argument: no
 //! code here waits, allocates, or knows a socket. A [`Connection`] is what is kept of one: some 300 bytes.
@@ -17,6 +17,7 @@ mod fields;
 pub mod json;
 pub mod limits;
 mod method;
+pub mod multipart;
 mod origin;
 pub mod percent;
 mod request;

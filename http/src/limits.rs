@@ -42,3 +42,13 @@ pub const DEPTH: usize = 16;
 pub const KEY_BYTES: usize = 60;
 /// Longest number in JSON, characters: what is longer says more than 64 bits hold.
 pub const NUMBER_BYTES: u8 = 40;
+/// Longest boundary of a form, bytes (RFC 2046, section 5.1.1).
+pub const BOUNDARY_BYTES: usize = 70;
+/// Longest header line of a part of a form, bytes: a file name of 255 bytes beside what is fixed.
+pub const PART_LINE_BYTES: usize = 400;
+/// Greatest number of a part's header lines.
+pub const PART_LINES: u8 = 8;
+/// Greatest number of a form's parts: slicers send up to five.
+pub const PARTS: u8 = 16;
+/// Longest text before the first part of a form, bytes: nobody sends any.
+pub const PREAMBLE_BYTES: u16 = 256;
