@@ -2,7 +2,7 @@
 
 use crate::fields::Fields;
 
-/// What came of making a piece of a body.
+/// Outcome of making a piece of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Made {
     /// So many bytes, and more will come; 0 while nothing can be said yet.

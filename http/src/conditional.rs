@@ -7,14 +7,14 @@ use crate::response::{EntityTag, Extent, Part, Response};
 use crate::status::Status;
 use crate::window::Window;
 
-/// What of a representation is to be sent.
+/// Piece of a representation that is to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// All of it.
+    /// All that there is.
     Whole,
     /// Nothing: the peer has it.
     NotModified,
-    /// This part.
+    /// Bytes from here to there.
     Part(Part),
     /// Nothing: the part that was asked for lies behind the end.
     Unsatisfiable,

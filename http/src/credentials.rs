@@ -1,4 +1,4 @@
-//! What a request proves who it is from with: cookies (RFC 6265), bearer tokens (RFC 6750).
+//! Proofs of who a request is from: cookies (RFC 6265), bearer tokens (RFC 6750).
 
 use crate::fields::Fields;
 use crate::window::Window;

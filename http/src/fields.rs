@@ -15,7 +15,7 @@ impl<'w, 'o> Fields<'w, 'o> {
         Self { window }
     }
 
-    /// Adds a line.
+    /// Adds a line with a text.
     pub fn line(&mut self, name: &str, value: &str) {
         self.begin(name);
         self.safe(value.as_bytes(), |byte| byte == b'\t' || !byte.is_ascii_control());

@@ -4,15 +4,15 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Method {
-    /// Asks for something.
+    /// Asks for a representation.
     Get,
     /// Asks for the head of the answer that GET would have.
     Head,
-    /// Has something done.
+    /// Has something done, once a request.
     Post,
     /// Puts something into its place.
     Put,
-    /// Removes something.
+    /// Removes what is there.
     Delete,
     /// Asks what may be done.
     Options,
@@ -42,7 +42,7 @@ impl Method {
     }
 }
 
-/// Set of methods.
+/// Set of methods, as `Allow` lists them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Methods(u8);
 

@@ -1,4 +1,4 @@
-//! Heads of answers.
+//! Heads of answers: status and header lines.
 
 use crate::fields::Fields;
 use crate::method::Methods;
@@ -22,20 +22,20 @@ impl EntityTag {
 /// Length of an answer's body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// So many bytes.
+    /// So many bytes, said before the first one.
     Known(u64),
     /// Nobody knows before the end.
     Open,
 }
 
-/// What browsers may keep of an answer.
+/// Permission for browsers to keep an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cache {
     /// Nothing: it says how the machine is.
     Never,
-    /// They keep it, and ask each time whether it is still so.
+    /// Browsers keep the answer, and ask each time whether it is still so.
     Ask,
-    /// They keep it: another content has another name.
+    /// Browsers keep the answer for good: another content has another name.
     Always,
 }
 
@@ -57,7 +57,7 @@ pub struct Response {
     pub content_type: &'static str,
     /// Length of the body.
     pub extent: Extent,
-    /// What browsers may keep.
+    /// Permission for browsers to keep the answer.
     pub cache: Cache,
     /// Validator of the content.
     pub tag: Option<EntityTag>,

@@ -3,14 +3,14 @@
 use crate::method::{Method, Methods};
 use crate::status::Status;
 
-/// What a visitor may do.
+/// Rights of a visitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// Nobody is known: log in, see that it is there.
     Nobody,
     /// Sees all, and may stop the machine.
     Watch,
-    /// Has the machine work.
+    /// Has the machine move, heat and play files.
     Operate,
     /// Changes what stays: settings, users, firmware.
     Own,
@@ -24,11 +24,11 @@ impl Role {
 /// Content that a request may have. Foreign pages can have a browser send forms and plain text, but not JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// No body.
+    /// No content at all.
     Nothing,
-    /// Call in JSON.
+    /// Arguments of a call, in JSON.
     Json,
-    /// Form with files.
+    /// Form with files in it.
     Form,
     /// Bytes of a file.
     Bytes,
@@ -61,11 +61,11 @@ pub struct Route<H: 'static> {
     pub role: Role,
     /// Content that is taken.
     pub content: Content,
-    /// Longest body, bytes.
+    /// Longest body that is taken, bytes.
     pub body_bytes: u64,
-    /// What it does.
+    /// Sentence that says what the request does.
     pub help: &'static str,
-    /// Who does it.
+    /// Function, or number of one, that carries the request out.
     pub handler: H,
 }
 
@@ -87,7 +87,7 @@ impl<H> Route<H> {
     }
 }
 
-/// What a table has for a request.
+/// Answer of a table to a method and a path.
 #[derive(Clone, Copy, Debug)]
 pub enum Found<'p, H: 'static> {
     /// Row, and what `{}` or `*` stands for.

@@ -40,7 +40,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Returns the number.
+    /// Returns the number of the status.
     #[must_use]
     pub const fn code(self) -> u16 {
         self as u16

@@ -2,7 +2,7 @@
 
 use crate::{Body, Cache, Connection, EntityTag, Event, Extent, Kind, Life, Made, Method, Methods, Response, Status};
 
-/// What came, kept.
+/// Events that came, with bytes of their own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Heard {
     /// Method, path, query, and whether there is a body.
@@ -231,7 +231,7 @@ pub fn serve(bytes: &[u8], size: usize, room: usize) -> Desk {
     desk
 }
 
-/// Joins chunks.
+/// Joins the data of chunks.
 pub fn joined(mut chunks: &[u8]) -> Vec<u8> {
     let mut body = Vec::new();
     loop {

@@ -11,7 +11,7 @@ pub struct Utf8 {
 }
 
 impl Utf8 {
-    /// Begins a text.
+    /// Makes a check for a text that begins.
     #[must_use]
     pub const fn new() -> Self {
         Self { missing: 0, low: 0x80, high: 0xBF }

@@ -40,7 +40,7 @@ impl<'o> Window<'o> {
         self.missed += bytes.len() - count;
     }
 
-    /// Adds text.
+    /// Adds text to the text.
     pub fn text(&mut self, text: &str) {
         self.put(text.as_bytes());
     }

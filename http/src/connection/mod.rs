@@ -15,7 +15,7 @@ use crate::websocket::{Kind, Receiver};
 use socket::Owed;
 use stage::Stage;
 
-/// What has arrived.
+/// Meaning of bytes that have arrived.
 #[derive(Debug)]
 pub enum Event<'b> {
     /// Nothing more: bytes that were not taken wait, for more of them or for the answer to go out.
@@ -44,39 +44,40 @@ pub enum Event<'b> {
     Closed(u16),
 }
 
-/// What is to become of the socket.
+/// Fate of the socket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Life {
-    /// It stays.
+    /// The socket stays open.
     Open,
-    /// Close it for sending, behind what it has still to send; what arrives is to be received all the same.
+    /// Close the socket for sending, behind what it has still to send; what arrives is to be received all the
+    /// same.
     Finish,
-    /// Abort it.
+    /// Abort the socket, by a reset.
     Abort,
 }
 
-/// What the connection does with bytes that arrive.
+/// Purpose of bytes that arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reading {
-    /// They are a head.
+    /// Bytes are a head.
     Head,
-    /// They are the body of a request.
+    /// Bytes are the body of a request.
     Body,
     /// The request is whole, which has not been said yet.
     End,
-    /// They wait for the answer to the request before them.
+    /// Bytes wait for the answer to the request before them.
     Answer,
-    /// They are frames of a WebSocket.
+    /// Bytes are frames of a WebSocket.
     Socket,
-    /// They are thrown away, as the connection ends with the answer.
+    /// Bytes are thrown away, as the connection ends with the answer.
     Swallow,
-    /// The same, behind the answer.
+    /// Bytes are thrown away behind the answer.
     Linger,
     /// Nothing, there is no connection.
     Over,
 }
 
-/// What the connection sends.
+/// Kind of bytes that the connection sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sending {
     Nothing,

@@ -1,4 +1,4 @@
-//! Bytes in.
+//! The way of bytes that arrive.
 
 use super::{Connection, Continue, Event, Reading};
 use crate::request::{Request, Scan, scan};

@@ -42,7 +42,7 @@ impl Stage {
         }
     }
 
-    /// Moves bytes out.
+    /// Moves bytes out into a room.
     pub fn drain(&mut self, room: &mut [u8]) -> usize {
         let waiting = self.bytes.get(usize::from(self.from)..usize::from(self.to)).unwrap_or_default();
         let count = waiting.len().min(room.len());

@@ -1,4 +1,4 @@
-//! Bytes out.
+//! The way of bytes that are sent.
 
 use super::chunk;
 use super::socket::Owed;
@@ -11,7 +11,7 @@ use crate::status::Status;
 use crate::websocket::{self, Kind, codes};
 use crate::window::Window;
 
-/// What a step has come to.
+/// Outcome of a step.
 enum Step {
     /// So many bytes were written; there may be more to do.
     Made(usize),
@@ -229,7 +229,7 @@ impl Connection {
 
 /// Piece of a body that was made.
 struct Piece {
-    /// Bytes of it.
+    /// Bytes that were made.
     count: usize,
     /// Bytes of it in the room, and not in the stage.
     direct: usize,

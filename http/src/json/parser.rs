@@ -7,7 +7,7 @@ use crate::utf8::Utf8;
 /// Bytes of the longest character.
 const CHARACTER: usize = 4;
 
-/// Token of JSON.
+/// Smallest meaningful piece of JSON text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Token<'t> {
     /// Beginning of an object.
@@ -22,9 +22,9 @@ pub enum Token<'t> {
     Key(&'t str),
     /// Piece of a string, cut between characters, and whether it is the last one, which may be empty.
     Text(&'t str, bool),
-    /// A number.
+    /// Number, as it was written.
     Number(Number),
-    /// True or false.
+    /// The value true or false.
     Bool(bool),
     /// The value that is none.
     Null,
@@ -82,7 +82,7 @@ impl Word {
     }
 }
 
-/// What a byte comes to.
+/// Effect of a byte on the tokens.
 enum Step {
     /// The byte is taken.
     On,

@@ -4,10 +4,10 @@ use super::writer::Writer;
 use crate::body::Made;
 use crate::window::Window;
 
-/// What follows a part.
+/// Continuation behind a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// Another part.
+    /// Another part comes behind it.
     Part,
     /// Nothing: this was the last one.
     End,
@@ -15,7 +15,7 @@ pub enum Next {
     Later,
 }
 
-/// How far a text is out that is made in parts: all that has to be kept of it.
+/// Progress of a text that is made in parts: all that has to be kept of it.
 ///
 /// A part may be made several times until it is out. One that fits into [`crate::limits::BODY_ROOM`] bytes
 /// goes out whole: its numbers may change at any time. A longer one must be the same each time.

@@ -61,7 +61,7 @@ fn text_of(text: &str) -> Result<String, Error> {
 
 #[test]
 fn texts_of_the_rfc_are_taken() {
-    // Section 13.
+    // Examples of section 13.
     let text = r#"{ "Image": { "Width": 800, "Title": "View from 15th Floor", "Thumbnail": { "Url":
         "http://www.example.com/image/481989943", "Height": 125 }, "Animated" : false, "IDs": [116, 943, 234, 38793] } }"#;
     let whole = parse(text.as_bytes(), 1_000).unwrap();

@@ -24,25 +24,25 @@ impl<'w, 'o> Writer<'w, 'o> {
         self.is_behind
     }
 
-    /// Begins an object.
+    /// Writes the beginning of an object.
     pub fn begin_object(&mut self) {
         self.value("{");
         self.is_behind = false;
     }
 
-    /// Ends an object.
+    /// Writes the end of an object.
     pub fn end_object(&mut self) {
         self.window.text("}");
         self.is_behind = true;
     }
 
-    /// Begins an array.
+    /// Writes the beginning of an array.
     pub fn begin_array(&mut self) {
         self.value("[");
         self.is_behind = false;
     }
 
-    /// Ends an array.
+    /// Writes the end of an array.
     pub fn end_array(&mut self) {
         self.window.text("]");
         self.is_behind = true;
@@ -55,7 +55,7 @@ impl<'w, 'o> Writer<'w, 'o> {
         self.is_behind = false;
     }
 
-    /// Writes a string.
+    /// Writes a string that is whole.
     pub fn text(&mut self, text: &str) {
         self.begin_text();
         self.more_text(text);
@@ -136,7 +136,7 @@ impl<'w, 'o> Writer<'w, 'o> {
         self.value(if value { "true" } else { "false" });
     }
 
-    /// Writes null.
+    /// Writes the value null.
     pub fn null(&mut self) {
         self.value("null");
     }

@@ -1,4 +1,4 @@
-//! What a part of a form is: its `Content-Disposition` line (RFC 7578, section 4.2).
+//! The line that says what a part of a form is: `Content-Disposition` (RFC 7578, section 4.2).
 
 use core::ops::Range;
 

@@ -3,7 +3,7 @@
 use super::disposition::{self, Disposition};
 use crate::limits::{BOUNDARY_BYTES, PART_LINE_BYTES, PART_LINES, PARTS, PREAMBLE_BYTES};
 
-/// What stands before a boundary.
+/// Bytes that stand before a boundary.
 const BEFORE: &[u8] = b"\r\n--";
 /// Longest boundary with what stands before it.
 const DELIMITER: usize = BEFORE.len() + BOUNDARY_BYTES;
@@ -11,7 +11,7 @@ const DELIMITER: usize = BEFORE.len() + BOUNDARY_BYTES;
 /// Something of a form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item<'i> {
-    /// A part begins.
+    /// Beginning of a part.
     Part {
         /// Name of the field.
         name: &'i str,
@@ -44,7 +44,7 @@ pub enum Error {
 enum Place {
     /// Before the first boundary.
     Preamble,
-    /// Behind a boundary.
+    /// Right behind a boundary.
     Behind,
     /// Behind a boundary and the first of the two signs that end the form.
     Dash,
@@ -162,7 +162,7 @@ impl Multipart {
         }
     }
 
-    /// Ends the form.
+    /// Ends the form, which has to be whole.
     ///
     /// # Errors
     /// It is not whole.

@@ -3,7 +3,7 @@
 use crate::limits::{CHUNK_LINE_BYTES, TRAILER_BYTES};
 use crate::status::Status;
 
-/// How long a body is.
+/// Length of a body, where it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
     /// So many bytes; 0 where there is no body.
@@ -61,7 +61,7 @@ pub struct BodyDecoder {
 }
 
 impl BodyDecoder {
-    /// Begins a body.
+    /// Makes a decoder for a body that begins.
     #[must_use]
     pub const fn new(length: Length, allowed: u64) -> Self {
         let (left, is_chunked) = match length {

@@ -10,7 +10,7 @@ use crate::method::Method;
 use crate::percent;
 use crate::status::Status;
 
-/// Where the head of a request is.
+/// Place of a head among bytes that have arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scan {
     /// More bytes are needed.
@@ -37,16 +37,16 @@ pub fn scan(bytes: &[u8], looked: usize) -> Scan {
     Scan::Open
 }
 
-/// What a request asks of its connection to become.
+/// Protocol that a request asks its connection to go on with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Upgrade {
     /// Nothing, or a protocol that is not spoken here.
     None,
-    /// WebSocket.
+    /// WebSocket, by RFC 6455.
     WebSocket,
 }
 
-/// What the connection has to know of a head.
+/// Facts of a head that the connection has to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Method of the request.
@@ -66,7 +66,7 @@ pub struct Head {
 /// Request whose head is whole.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'b> {
-    /// What the connection knows of it too.
+    /// Facts that the connection knows too.
     pub head: Head,
     /// Path, decoded once: it begins with a slash, and holds no segment that is empty (but for the last), "."
     /// or "..", no backslash and no control character.
@@ -189,7 +189,7 @@ const SINGLE: [&str; 13] = [
 /// Facts that header lines say.
 #[derive(Default)]
 struct Facts<'b> {
-    /// Those of [`SINGLE`] that were there.
+    /// Lines of [`SINGLE`] that were there, a bit each.
     seen: u16,
     host: Option<&'b [u8]>,
     length: Option<u64>,

@@ -1,4 +1,4 @@
-//! Tests of connections.
+//! Tests of connections as a whole.
 
 mod answers;
 mod life;

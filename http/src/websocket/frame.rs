@@ -7,7 +7,7 @@ use crate::window::Window;
 /// Kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Text in UTF-8.
+    /// Text, which is UTF-8.
     Text,
     /// Bytes of any value.
     Binary,

@@ -10,7 +10,7 @@ pub use receiver::{Receiver, Took};
 
 /// Codes that a connection is closed with (RFC 6455, section 7.4.1).
 pub mod codes {
-    /// All is done.
+    /// All is done, nobody is at fault.
     pub const NORMAL: u16 = 1_000;
     /// The server goes away.
     pub const GOING_AWAY: u16 = 1_001;
@@ -22,7 +22,7 @@ pub mod codes {
     pub const NO_CODE: u16 = 1_005;
     /// Text is no UTF-8.
     pub const NO_TEXT: u16 = 1_007;
-    /// What a message says is not allowed.
+    /// A message says what is not allowed.
     pub const POLICY: u16 = 1_008;
     /// A message is too long.
     pub const TOO_LONG: u16 = 1_009;

@@ -12,7 +12,7 @@ const HEAD: usize = 14;
 /// Bytes of a mask.
 const MASK: usize = 4;
 
-/// What was taken.
+/// Meaning of the bytes that were taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Took {
     /// Nothing that means something yet.
@@ -27,7 +27,7 @@ pub enum Took {
     Close(u16),
 }
 
-/// Receiver of frames.
+/// Receiver of frames and messages.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     head: [u8; HEAD],
