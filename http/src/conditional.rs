@@ -77,13 +77,13 @@ impl EntityTag {
 
 /// Returns whether a list of validators names this one.
 fn names(list: &str, tag: EntityTag) -> bool {
-    let mut tags = list.split(',').map(|known| known.trim_matches([' ', '\t']));
+    let mut tags = list.split(',').map(|known| known.trim_ascii());
     tags.any(|known| known == "*" || known.strip_prefix("W/").unwrap_or(known).as_bytes() == tag.text())
 }
 
 /// Returns what a range selects. None if it is malformed, or more than one.
 fn part(range: &str, length: u64) -> Option<Selection> {
-    let (first, last) = range.trim_matches([' ', '\t']).split_once('-')?;
+    let (first, last) = range.trim_ascii().split_once('-')?;
     let end = length.checked_sub(1);
     let (first, last) = match (number(first), number(last)) {
         (Some(first), Some(last)) if first <= last => (first, last),

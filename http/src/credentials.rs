@@ -6,7 +6,7 @@ use crate::window::Window;
 /// Returns the value of the first cookie of this name, out of a `Cookie` line.
 #[must_use]
 pub fn cookie<'b>(line: &'b str, name: &str) -> Option<&'b str> {
-    let mut pairs = line.split(';').filter_map(|pair| pair.trim_matches([' ', '\t']).split_once('='));
+    let mut pairs = line.split(';').filter_map(|pair| pair.trim_ascii().split_once('='));
     pairs.find(|(known, _)| *known == name).map(|(_, value)| value)
 }
 
@@ -14,7 +14,7 @@ pub fn cookie<'b>(line: &'b str, name: &str) -> Option<&'b str> {
 #[must_use]
 pub fn bearer(line: &str) -> Option<&str> {
     let (scheme, token) = line.split_once(' ')?;
-    scheme.eq_ignore_ascii_case("bearer").then_some(token.trim_matches(' '))
+    scheme.eq_ignore_ascii_case("bearer").then_some(token.trim_ascii())
 }
 
 /// Returns whether two secrets are the same, in a time that does not tell where they differ.

@@ -8,16 +8,19 @@ pub const TARGET_BYTES: usize = 512;
 /// Greatest number of a request's header lines: browsers send up to 20.
 pub const HEADERS: usize = 32;
 /// Longest time from the first byte of a head to its last, milliseconds: a head fits into two packets.
-pub const HEAD_MS: u64 = 5_000;
+pub const HEAD_MS: u32 = 5_000;
 /// Longest rest of a connection between two requests, milliseconds: connections are few.
-pub const IDLE_MS: u64 = 15_000;
-/// Longest time without a byte of a body that is owed, milliseconds: as long as TCP's own time-out.
-pub const BODY_MS: u64 = 20_000;
-/// Longest time in which a peer takes nothing of an answer, milliseconds.
-pub const SEND_MS: u64 = 20_000;
+pub const IDLE_MS: u32 = 15_000;
+/// Longest wait for bytes of a body, milliseconds: as long as TCP's own time-out. Bytes that come buy time
+/// back, so that nobody holds a connection by a byte now and then.
+pub const BODY_MS: u32 = 20_000;
+/// Longest wait for a peer to take of an answer, milliseconds. Bytes that go buy time back.
+pub const SEND_MS: u32 = 20_000;
+/// Bytes that buy a millisecond back: 1 kB/s is a poor radio link.
+pub const BYTES_A_MS: u32 = 1;
 /// Time for which what comes behind the last answer is thrown away, so that a reset does not overtake the
 /// answer (RFC 9112, section 9.6), milliseconds.
-pub const LINGER_MS: u64 = 2_000;
+pub const LINGER_MS: u32 = 2_000;
 /// Longest body of a request whose route says nothing else, bytes: what a call in JSON takes.
 pub const BODY_BYTES: u64 = 32 * 1_024;
 /// Longest line that gives the size of a chunk, bytes: eight digits and an extension that nobody uses.
@@ -33,9 +36,9 @@ pub const MESSAGE_BYTES: u32 = 32 * 1_024;
 /// Longest frame that goes out to a WebSocket, bytes: what the socket has room for, and never the message.
 pub const FRAME_BYTES: usize = 1_024;
 /// Rest of a WebSocket after which it is pinged, milliseconds.
-pub const PING_MS: u64 = 10_000;
+pub const PING_MS: u32 = 10_000;
 /// Time for the answer to a ping, milliseconds: a phone that sleeps is gone after half a minute.
-pub const PONG_MS: u64 = 10_000;
+pub const PONG_MS: u32 = 10_000;
 /// Greatest depth of arrays and objects in JSON: calls have five.
 pub const DEPTH: usize = 16;
 /// Longest key of a JSON object, bytes: the fields of Moonraker have up to 30.

@@ -175,6 +175,10 @@ impl Response {
                 }
             });
         }
+        if self.status == Status::Unauthorized {
+            // Browsers ask nothing for it, and show the page.
+            fields.line("WWW-Authenticate", "Bearer");
+        }
         if self.retry_s != 0 {
             fields.number("Retry-After", u64::from(self.retry_s));
         }

@@ -39,7 +39,7 @@ impl Content {
     #[must_use]
     pub fn takes(self, content_type: Option<&str>) -> bool {
         let Some(content_type) = content_type else { return true };
-        let media = content_type.split(';').next().unwrap_or_default().trim_matches([' ', '\t']);
+        let media = content_type.split(';').next().unwrap_or_default().trim_ascii();
         let is = |known: &str| media.eq_ignore_ascii_case(known);
         match self {
             Self::Nothing => false,
@@ -143,8 +143,8 @@ fn fit<'p>(pattern: &str, path: &'p str) -> Option<&'p str> {
     if let Some(folder) = pattern.strip_suffix('*') {
         return path.strip_prefix(folder);
     }
-    let Some((before, behind)) = pattern.split_once("{}") else { return (pattern == path).then_some("") };
-    let segment = path.strip_prefix(before)?.strip_suffix(behind)?;
+    let Some((before, behind)) = pattern.split_once('{') else { return (pattern == path).then_some("") };
+    let segment = path.strip_prefix(before)?.strip_suffix(behind.strip_prefix('}')?)?;
     (!segment.is_empty() && !segment.contains('/')).then_some(segment)
 }
 

@@ -1,6 +1,7 @@
 //! A connection of the server: requests in, answers out, in whatever pieces the socket has.
 
 mod chunk;
+mod patience;
 mod receive;
 mod socket;
 mod stage;
@@ -12,6 +13,7 @@ use crate::request::{BodyDecoder, Head, Length, Request};
 use crate::response::{Extent, Response};
 use crate::status::Status;
 use crate::websocket::{Kind, Receiver};
+use patience::Patience;
 use socket::Owed;
 use stage::Stage;
 
@@ -135,10 +137,9 @@ pub struct Connection {
     is_pinged: bool,
     /// Whether something was to be sent when the clock was last looked at.
     was_sending: bool,
-    /// Time at which what is read began, or last went on.
-    read_ms: u64,
-    /// Time at which the peer last had room for what is sent.
-    sent_ms: u64,
+    /// Patience with what is read, and with what is sent.
+    reads: Patience,
+    sends: Patience,
 }
 
 #[cfg(target_pointer_width = "32")]
@@ -169,8 +170,8 @@ impl Connection {
             closing: None,
             is_pinged: false,
             was_sending: false,
-            read_ms: now_ms,
-            sent_ms: now_ms,
+            reads: Patience::new(now_ms),
+            sends: Patience::new(now_ms),
         }
     }
 
@@ -227,7 +228,7 @@ impl Connection {
 
     /// Notes that bytes wait because the caller has no place for them: the peer is not to blame.
     pub fn hold(&mut self, now_ms: u64) {
-        self.read_ms = now_ms;
+        self.reads.hold(now_ms);
     }
 
     /// Notes that the peer sends no more. What is owed to it is still sent.
@@ -242,7 +243,7 @@ impl Connection {
     /// Looks at the clock, and says what is to become of the socket. Call it often: at least four times a
     /// second.
     pub fn poll(&mut self, now_ms: u64) -> Life {
-        let rest = now_ms.saturating_sub(self.read_ms);
+        let rest = self.reads.waited_ms(now_ms);
         match self.reading {
             Reading::Head if self.has_begun && rest >= HEAD_MS => {
                 self.refuse(Status::RequestTimeout, "the head of the request did not come in time");
@@ -257,8 +258,8 @@ impl Connection {
         }
         let is_sending = self.is_sending();
         if !core::mem::replace(&mut self.was_sending, is_sending) {
-            self.sent_ms = now_ms;
-        } else if is_sending && now_ms.saturating_sub(self.sent_ms) >= SEND_MS {
+            self.sends = Patience::new(now_ms);
+        } else if is_sending && self.sends.waited_ms(now_ms) >= SEND_MS {
             self.cut();
         }
         match self.reading {
@@ -282,7 +283,7 @@ impl Connection {
     fn begin(&mut self, head: Head, now_ms: u64) {
         self.looked = 0;
         self.has_begun = false;
-        self.read_ms = now_ms;
+        self.reads = Patience::new(now_ms);
         self.closes = !head.keeps;
         self.is_head = head.method == Method::Head;
         self.is_old = head.is_old;
@@ -296,18 +297,18 @@ impl Connection {
         self.sending = Sending::Nothing;
         if self.response.status == Status::SwitchingProtocols {
             self.reading = Reading::Socket;
-            self.read_ms = now_ms;
+            self.reads = Patience::new(now_ms);
         } else if self.closes {
             self.linger(now_ms);
         } else {
             self.reading = Reading::Head;
-            self.read_ms = now_ms;
+            self.reads = Patience::new(now_ms);
         }
     }
 
     fn linger(&mut self, now_ms: u64) {
         self.reading = Reading::Linger;
-        self.read_ms = now_ms;
+        self.reads = Patience::new(now_ms);
     }
 
     fn cut(&mut self) {

@@ -1,5 +1,6 @@
 //! The way of bytes that arrive.
 
+use super::patience::Patience;
 use super::{Connection, Continue, Event, Reading};
 use crate::request::{Request, Scan, scan};
 use crate::status::Status;
@@ -42,7 +43,7 @@ impl Connection {
         // A line feed may be on its way.
         if !self.has_begun && rest.first().is_some_and(|byte| *byte != b'\r') {
             self.has_begun = true;
-            self.read_ms = now_ms;
+            self.reads = Patience::new(now_ms);
         }
         let most = rest.get(..usize::from(self.head_bytes)).unwrap_or(rest);
         let length = match scan(most, usize::from(self.looked)) {
@@ -81,7 +82,7 @@ impl Connection {
         };
         let used = piece.skipped + piece.bytes;
         if used > 0 {
-            self.read_ms = now_ms;
+            self.reads.moved(used, now_ms);
         }
         let is_over = self.decoder.is_over();
         if is_over {

@@ -1,5 +1,6 @@
 //! A connection that has become a WebSocket.
 
+use super::patience::Patience;
 use super::{Connection, Event, Reading, Sending};
 use crate::limits::{PING_MS, PONG_MS};
 use crate::method::Method;
@@ -104,7 +105,7 @@ impl Connection {
         let all = bytes.len();
         let mut used = 0;
         if all > 0 {
-            self.read_ms = now_ms;
+            self.reads = Patience::new(now_ms);
             self.is_pinged = false;
         }
         loop {
@@ -138,7 +139,7 @@ impl Connection {
     }
 
     /// Looks after a peer of which nothing has come for so long.
-    pub(super) fn watch_socket(&mut self, rest_ms: u64) {
+    pub(super) fn watch_socket(&mut self, rest_ms: u32) {
         if rest_ms >= PING_MS + PONG_MS {
             self.cut();
         } else if rest_ms >= PING_MS && !self.is_pinged && self.owed == Owed::Nothing {

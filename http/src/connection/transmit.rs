@@ -23,9 +23,17 @@ impl Connection {
     /// Writes what is to be sent into the room that the socket has, and returns how many bytes it is. `body`
     /// is that of the answer, or of the message; it is not asked while neither is under way.
     pub fn transmit(&mut self, room: &mut [u8], body: &mut dyn Body, now_ms: u64) -> usize {
-        if !room.is_empty() {
-            self.sent_ms = now_ms;
+        let used = self.fill(room, body, now_ms);
+        match used {
+            0 if room.is_empty() => {}
+            // Room that is left over is no reason to wait for the peer.
+            0 => self.sends.hold(now_ms),
+            _ => self.sends.moved(used, now_ms),
         }
+        used
+    }
+
+    fn fill(&mut self, room: &mut [u8], body: &mut dyn Body, now_ms: u64) -> usize {
         let mut used = 0;
         loop {
             used += self.stage.drain(room.get_mut(used..).unwrap_or_default());

@@ -17,7 +17,7 @@ impl Number {
     /// Returns the number, if it is a whole one within the range of the type.
     #[must_use]
     pub fn as_i64(self) -> Option<i64> {
-        let mut digits = i128::from(self.digits);
+        let mut digits = self.digits;
         if self.is_rounded {
             return None;
         }
@@ -25,18 +25,15 @@ impl Number {
             if digits == 0 {
                 break;
             }
-            if self.power > 0 {
-                digits *= 10;
-            } else if digits % 10 == 0 {
-                digits /= 10;
+            digits = if self.power > 0 {
+                digits.checked_mul(10)?
+            } else if digits.is_multiple_of(10) {
+                digits / 10
             } else {
                 return None;
-            }
-            if digits > 1 << 64 {
-                return None;
-            }
+            };
         }
-        i64::try_from(if self.is_negative { -digits } else { digits }).ok()
+        if self.is_negative { 0_i64.checked_sub_unsigned(digits) } else { digits.try_into().ok() }
     }
 
     /// Returns the number, the nearest one but for the last bit where it has more than 15 digits or a power

@@ -281,7 +281,7 @@ impl Multipart {
 
 /// Returns the boundary that a `Content-Type` names.
 fn boundary(content_type: &str) -> Option<&str> {
-    let mut parts = content_type.split(';').map(|part| part.trim_matches([' ', '\t']));
+    let mut parts = content_type.split(';').map(|part| part.trim_ascii());
     if !parts.next()?.eq_ignore_ascii_case("multipart/form-data") {
         return None;
     }

@@ -82,7 +82,7 @@ impl<'b> Request<'b> {
     pub fn header(&self, name: &str) -> Option<&'b str> {
         fields(self.fields).find(|(known, _)| known.eq_ignore_ascii_case(name.as_bytes())).and_then(|(_, value)| {
             let value = core::str::from_utf8(value).ok()?;
-            Some(value.trim_matches([' ', '\t']))
+            Some(value.trim_ascii())
         })
     }
 
@@ -169,27 +169,32 @@ fn split(target: &str, method: Method) -> Result<(Option<&str>, &str), Status> {
     Ok((Some(authority), path))
 }
 
-/// Header lines of which there may be one at the most, as they decide who asks, for what, and how much of it.
-const SINGLE: [&str; 13] = [
+/// Header lines that are looked at. Of the first [`SINGLE`] there may be one at the most, as they decide who
+/// asks, for what, and how much of it.
+const NAMES: [&str; 15] = [
     "host",
     "content-length",
     "transfer-encoding",
+    "expect",
     "content-type",
     "origin",
     "authorization",
     "x-api-key",
     "cookie",
     "range",
-    "expect",
     "sec-websocket-key",
     "sec-websocket-version",
     "sec-fetch-site",
+    "connection",
+    "upgrade",
 ];
+/// Number of names that may be there once.
+const SINGLE: usize = 13;
 
 /// Facts that header lines say.
 #[derive(Default)]
 struct Facts<'b> {
-    /// Lines of [`SINGLE`] that were there, a bit each.
+    /// Lines of [`NAMES`] that were there, a bit each.
     seen: u16,
     host: Option<&'b [u8]>,
     length: Option<u64>,
@@ -204,34 +209,26 @@ struct Facts<'b> {
 impl<'b> Facts<'b> {
     /// Notes a header line.
     fn note(&mut self, name: &str, value: &'b [u8]) -> Result<(), Status> {
-        let is = |known: &str| name.eq_ignore_ascii_case(known);
-        if let Some(place) = SINGLE.iter().position(|known| is(known)) {
-            let bit = 1 << place;
-            if self.seen & bit != 0 {
-                return Err(Status::BadRequest);
-            }
-            self.seen |= bit;
+        let Some(place) = NAMES.iter().position(|known| name.eq_ignore_ascii_case(known)) else { return Ok(()) };
+        let bit = 1 << place;
+        if place < SINGLE && self.seen & bit != 0 {
+            return Err(Status::BadRequest);
         }
-        if is("host") {
-            self.host = Some(value);
-        } else if is("content-length") {
-            self.length = Some(decimal(value).ok_or(Status::BadRequest)?);
-        } else if is("transfer-encoding") {
-            self.is_chunked = true;
-            if !value.eq_ignore_ascii_case(b"chunked") {
-                return Err(Status::NotImplemented);
+        self.seen |= bit;
+        match NAMES.get(place).copied().unwrap_or_default() {
+            "host" => self.host = Some(value),
+            "content-length" => self.length = Some(decimal(value).ok_or(Status::BadRequest)?),
+            "transfer-encoding" if value.eq_ignore_ascii_case(b"chunked") => self.is_chunked = true,
+            "transfer-encoding" => return Err(Status::NotImplemented),
+            "expect" if value.eq_ignore_ascii_case(b"100-continue") => self.expects = true,
+            "expect" => return Err(Status::ExpectationFailed),
+            "connection" => {
+                self.closes |= has_token(value, b"close");
+                self.keeps |= has_token(value, b"keep-alive");
+                self.upgrades |= has_token(value, b"upgrade");
             }
-        } else if is("expect") {
-            self.expects = true;
-            if !value.eq_ignore_ascii_case(b"100-continue") {
-                return Err(Status::ExpectationFailed);
-            }
-        } else if is("connection") {
-            self.closes |= has_token(value, b"close");
-            self.keeps |= has_token(value, b"keep-alive");
-            self.upgrades |= has_token(value, b"upgrade");
-        } else if is("upgrade") {
-            self.to_websocket |= has_token(value, b"websocket");
+            "upgrade" => self.to_websocket |= has_token(value, b"websocket"),
+            _ => {}
         }
         Ok(())
     }

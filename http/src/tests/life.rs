@@ -80,14 +80,19 @@ fn empty_lines_keep_no_connection() {
 fn a_body_has_to_go_on() {
     let mut desk = Desk::new();
     desk.feed(b"POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 9\r\n\r\n", 99);
-    for _ in 0..3 {
-        assert_eq!(desk.pass(19_999), Life::Open);
-        desk.feed(b"x", 1);
-    }
-    desk.now += 19_999;
+    assert_eq!(desk.pass(19_998), Life::Open);
+    desk.feed(b"x", 1);
+    desk.now += 3_600_000;
     desk.connection.hold(desk.now);
-    assert_eq!(desk.pass(19_999), Life::Open, "the peer is not to blame");
-    assert_eq!((desk.pass(1), desk.status()), (Life::Finish, 408));
+    assert_eq!(desk.pass(2), Life::Open, "the peer is not to blame");
+    assert_eq!((desk.pass(1), desk.status()), (Life::Finish, 408), "a byte buys a millisecond");
+    let mut slow = Desk::new();
+    slow.allow = Some(1 << 40);
+    slow.feed(b"POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 900000\r\n\r\n", 99);
+    for _ in 0..800 {
+        assert_eq!(slow.pass(1_000), Life::Open, "1 kB/s is enough");
+        slow.feed(&[b'x'; 1_000], 1_000);
+    }
 }
 
 #[test]
