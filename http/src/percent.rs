@@ -21,7 +21,9 @@ pub fn decode_in_place(text: &mut [u8], plus: bool) -> Option<&str> {
 /// Decodes `text` into `out`. None where an escape is none, `out` is too short, or the result is not UTF-8.
 pub fn decode<'o>(text: &str, plus: bool, out: &'o mut [u8]) -> Option<&'o str> {
     let place = out.get_mut(..text.len())?;
-    place.copy_from_slice(text.as_bytes());
+    for (place, byte) in place.iter_mut().zip(text.bytes()) {
+        *place = byte;
+    }
     decode_in_place(place, plus)
 }
 

@@ -107,15 +107,16 @@ impl<'w, 'o> Writer<'w, 'o> {
             digits /= 10;
             decimals -= 1;
         }
-        let scale = 10_u64.pow(u32::from(decimals));
-        self.window.number(digits / scale);
+        let mut behind = [b'0'; DECIMALS as usize];
+        let behind = behind.get_mut(..usize::from(decimals)).unwrap_or_default();
+        for place in behind.iter_mut().rev() {
+            *place += (digits % 10) as u8;
+            digits /= 10;
+        }
+        self.window.number(digits);
         if decimals > 0 {
             self.window.text(".");
-            let mut place = scale / 10;
-            while place > 0 {
-                self.window.put(&[b'0' + (digits / place % 10) as u8]);
-                place /= 10;
-            }
+            self.window.put(behind);
         }
     }
 

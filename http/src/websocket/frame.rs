@@ -56,7 +56,12 @@ pub fn make(room: &mut [u8], kind: Option<Kind>, body: &mut dyn Body) -> (usize,
         };
     let is_long = count >= LONG;
     if !is_long && reserved > SHORT_HEAD {
-        room.copy_within(reserved..reserved + count, SHORT_HEAD);
+        for at in 0..count {
+            let byte = room.get(reserved + at).copied().unwrap_or(0);
+            if let Some(place) = room.get_mut(SHORT_HEAD + at) {
+                *place = byte;
+            }
+        }
     }
     let [high, low] = (count as u16).to_be_bytes();
     let head = if is_long { [first, LONG as u8, high, low] } else { [first, low, 0, 0] };
