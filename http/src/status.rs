@@ -91,3 +91,26 @@ impl Status {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_words_are_those_of_the_rfc() {
+        for (status, code, reason) in [
+            (Status::Ok, 200, "OK"),
+            (Status::PartialContent, 206, "Partial Content"),
+            (Status::MethodNotAllowed, 405, "Method Not Allowed"),
+            (Status::RangeNotSatisfiable, 416, "Range Not Satisfiable"),
+            (Status::UpgradeRequired, 426, "Upgrade Required"),
+            (Status::TooManyRequests, 429, "Too Many Requests"),
+            (Status::ServiceUnavailable, 503, "Service Unavailable"),
+            (Status::InsufficientStorage, 507, "Insufficient Storage"),
+        ] {
+            assert_eq!((status.code(), status.reason()), (code, reason));
+        }
+        let bare = [Status::SwitchingProtocols, Status::NoContent, Status::NotModified];
+        assert!(bare.iter().all(|status| status.is_bare()) && !Status::Ok.is_bare() && !Status::BadRequest.is_bare());
+    }
+}

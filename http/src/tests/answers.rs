@@ -1,5 +1,7 @@
 //! Answers: heads, lengths, chunks, in rooms of any size.
 
+use proptest::prelude::*;
+
 use crate::Method;
 use crate::testing::{Heard, joined, serve, split};
 
@@ -79,4 +81,48 @@ fn lines_of_an_answer_are_those_that_it_has() {
     assert!(method.starts_with("HTTP/1.1 405 Method Not Allowed\r\nContent-Type: application/json\r\n"), "{method}");
     assert!(method.contains("\r\nAllow: GET, POST\r\nRetry-After: 7\r\n"), "{method}");
     assert!(method.ends_with("\r\n\r\n{\"error\":{\"code\":405,\"message\":\"no\"}}"), "{method}");
+}
+
+#[test]
+fn who_is_not_known_is_told_what_proves_it() {
+    let mut desk = serve(b"GET /later HTTP/1.1\r\nHost: a\r\n\r\n", 99, 99);
+    desk.connection.respond_error(crate::Response::new(crate::Status::Unauthorized), "log in \"first\"\n");
+    desk.turn();
+    assert!(desk.text().contains("\r\nWWW-Authenticate: Bearer\r\n"), "{}", desk.text());
+    assert!(desk.text().ends_with("\"message\":\"log in first\"}}"), "{}", desk.text());
+}
+
+proptest! {
+    #[test]
+    fn requests_cut_anywhere_are_heard_and_answered_the_same(
+        kinds in prop::collection::vec(0_usize..8, 1..6),
+        sizes in prop::collection::vec(1_usize..60, 1..20),
+        room in 1_usize..300,
+    ) {
+        let requests = [
+            "GET /long HTTP/1.1\r\nHost: a\r\n\r\n",
+            "GET /tagged?a=b HTTP/1.1\r\nHost: a\r\nCookie: x\r\n\r\n",
+            "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 7\r\n\r\n\r\nabc\r\n",
+            "POST /b HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n1;x\r\nd\r\n0\r\nA: b\r\n\r\n",
+            "HEAD /long HTTP/1.1\r\nHost: a\r\n\r\n",
+            "\r\nDELETE /gone HTTP/1.1\r\nHost: a\r\n\r\n",
+            "GET /method HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n",
+            "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 7, 7\r\n\r\n",
+        ];
+        let all: String = kinds.iter().map(|kind| requests[*kind]).collect();
+        let whole = serve(all.as_bytes(), usize::MAX, 5_000);
+        let mut cut = crate::testing::Desk::new();
+        cut.room = room;
+        let mut rest = all.as_bytes();
+        for size in sizes.iter().cycle() {
+            let (piece, later) = rest.split_at((*size).min(rest.len()));
+            cut.feed(piece, usize::MAX);
+            rest = later;
+            if rest.is_empty() {
+                break;
+            }
+        }
+        prop_assert_eq!(&cut.heard, &whole.heard);
+        prop_assert_eq!(cut.text(), whole.text());
+    }
 }
