@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 
-use crate::Method;
 use crate::testing::{Heard, joined, serve, split};
+use crate::{Body, Extent, Made, Method, Response, Status};
 
 const GET: &[u8] = b"GET /a%20b/c?d=e%20f HTTP/1.1\r\nHost: velvet.local\r\n\r\n";
 
@@ -90,6 +90,28 @@ fn who_is_not_known_is_told_what_proves_it() {
     desk.turn();
     assert!(desk.text().contains("\r\nWWW-Authenticate: Bearer\r\n"), "{}", desk.text());
     assert!(desk.text().ends_with("\"message\":\"log in first\"}}"), "{}", desk.text());
+}
+
+#[test]
+fn a_body_is_made_right_in_the_room_of_the_socket() {
+    struct Large(Vec<usize>);
+    impl Body for Large {
+        fn make(&mut self, room: &mut [u8]) -> Made {
+            self.0.push(room.len());
+            Made::Part(room.len())
+        }
+    }
+    for (extent, frame) in [(Extent::Known(5_000), 0), (Extent::Open, 7)] {
+        let mut desk = serve(b"GET /later HTTP/1.1\r\nHost: a\r\n\r\n", 99, 99);
+        desk.connection.respond(Response::of(Status::Ok, "", extent));
+        let mut body = Large(Vec::new());
+        let mut room = [0; 1_000];
+        assert_eq!(desk.connection.transmit(&mut room, &mut body, 0), 1_000);
+        assert_eq!(desk.connection.transmit(&mut room, &mut body, 0), 1_000);
+        assert_eq!(body.0.last(), Some(&(1_000 - frame)));
+        assert_eq!(desk.connection.transmit(&mut room[..48], &mut body, 0), 48);
+        assert_eq!(body.0.last().map(|room| (48..=52).contains(room)), Some(true), "{:?}", body.0);
+    }
 }
 
 proptest! {
