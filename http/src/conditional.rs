@@ -190,6 +190,15 @@ mod tests {
     }
 
     #[test]
+    fn without_a_validator_nothing_is_the_same() {
+        let mut head =
+            format!("GET / HTTP/1.1\r\nHost: a\r\nRange: bytes=1-2\r\nIf-Range: {SAME}\r\n\r\n").into_bytes();
+        assert_eq!(Selection::of(&Request::read(&mut head).expect("a head"), None, 9), Selection::Whole);
+        let mut head = *b"GET / HTTP/1.1\r\nHost: a\r\nRange: bytes=1-2\r\nIf-None-Match: *\r\n\r\n";
+        assert_eq!(Selection::of(&Request::read(&mut head).expect("a head"), None, 9), part_of(1, 2));
+    }
+
+    #[test]
     fn answers_say_what_they_are() {
         let whole = Response { tag: Some(TAG), ..Response::of(Status::Ok, "text/plain", Extent::Open) };
         let head = |selection: Selection| {

@@ -107,6 +107,10 @@ fn limits_hold() {
     assert_eq!(read(line(PART_LINE_BYTES + 1).as_bytes(), 50), Err(Error::TooLong));
     let before = |length: usize| format!("{}\r\n{part}--XX--", "b".repeat(length - 2));
     assert!(read(before(PREAMBLE_BYTES.into()).as_bytes(), 50).is_ok());
+    // The boundary itself may be as long as any.
+    let most = usize::from(PREAMBLE_BYTES) + BOUNDARY_BYTES;
+    assert!(read(before(most).as_bytes(), 50).is_ok());
+    assert_eq!(read(before(most + 1).as_bytes(), 50), Err(Error::TooLong));
     assert_eq!(read(before(1_000).as_bytes(), 50), Err(Error::TooLong));
     let name = format!(
         "--XX\r\nContent-Disposition: form-data; name=file; filename=\"{}\"\r\n\r\nx\r\n--XX--",

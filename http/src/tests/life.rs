@@ -179,6 +179,18 @@ fn a_body_may_be_as_long_as_its_route_lets_it_be() {
 }
 
 #[test]
+fn a_body_that_is_too_long_is_refused_before_it_comes() {
+    let mut head = *b"POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 11\r\nExpect: 100-continue\r\n\r\n";
+    let mut connection = Connection::new(2_048, 0);
+    assert!(matches!(connection.receive(&mut head, 0).1, crate::Event::Request(_)));
+    assert!(connection.owes_answer() && !connection.is_sending());
+    assert!(!connection.allow_body(10) && connection.is_sending() && !connection.owes_answer());
+    let mut room = [0; 1_000];
+    let count = connection.transmit(&mut room, &mut crate::Empty, 0);
+    assert!(room[..count].starts_with(b"HTTP/1.1 413 ") && connection.poll(0) == Life::Finish);
+}
+
+#[test]
 fn a_small_buffer_is_the_limit_of_a_head() {
     let mut small = Connection::new(64, 0);
     let mut head = [b'x'; 64];

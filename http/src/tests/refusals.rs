@@ -68,6 +68,8 @@ fn lines_that_two_readers_may_read_differently_are_refused() {
         " GET / HTTP/1.1\r\nHost: a\r\n\r\n".into(),
         "GET /\r\n\r\n".into(),
         "\x16\x03\x01\x02".into(),
+        "\x16".into(),
+        "\n".into(),
     ] {
         assert_eq!(refused(&request), 400, "{request:?}");
     }

@@ -82,6 +82,10 @@ fn handshakes_that_are_none_are_refused() {
         (400, "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n", ""),
         (400, "Host: a\r\n", "Host: a\r\nContent-Length: 1\r\n"),
     ] {
+        let mut head = UPGRADE.replace(from, to).into_bytes();
+        let mut connection = crate::Connection::new(2_048, 0);
+        let (_, crate::Event::Request(request)) = connection.receive(&mut head, 0) else { panic!("no head") };
+        assert!(!connection.upgrade(&request), "{to}");
         let desk = serve(UPGRADE.replace(from, to).as_bytes(), 99, 99);
         assert_eq!((desk.status(), desk.connection.is_socket()), (status, false), "{to}: {}", desk.text());
         let hint = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n";
