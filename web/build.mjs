@@ -1,4 +1,4 @@
-// Bundles src/ into dist/: shell (first paint), more (loaded after it), style and icon, each compressed and with its
+// Bundles src/ into dist/: shell and style (first paint), more and views (loaded after it) and an icon, each compressed and with its
 // hash in its name; index.html by name. The same sources give the same bytes: `node check.mjs` holds dist/ to that.
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
@@ -51,8 +51,8 @@ async function more(of) {
   return Buffer.from(made.outputFiles[0].contents);
 }
 
-async function style() {
-  const made = await build({ ...COMMON, entryPoints: ["src/style/page.css"] });
+async function style(entry) {
+  const made = await build({ ...COMMON, entryPoints: [entry] });
   return Buffer.from(made.outputFiles[0].contents);
 }
 
@@ -60,12 +60,13 @@ export async function make() {
   const first = await shell();
   first.name = hashed("shell", "js", first.bytes);
   const second = await more(first);
-  const css = await style();
+  const css = await style("src/style/page.css");
+  const views = await style("src/style/later.css");
   const icon = readFileSync(join(SRC, "icon.svg"));
-  const names = { shell: first.name, more: hashed("more", "js", second), style: hashed("style", "css", css), icon: hashed("icon", "svg", icon) };
+  const names = { shell: first.name, more: hashed("more", "js", second), style: hashed("style", "css", css), views: hashed("views", "css", views), icon: hashed("icon", "svg", icon) };
   const html = readFileSync(join(SRC, "index.html"), "utf8").replace(/\{(\w+)\}/g, (_, what) => names[what]);
   const files = new Map([
-    ["index.html", Buffer.from(html)], [names.style, css], [names.shell, first.bytes], [names.more, second], [names.icon, icon],
+    ["index.html", Buffer.from(html)], [names.style, css], [names.shell, first.bytes], [names.more, second], [names.views, views], [names.icon, icon],
   ]);
   const out = new Map();
   for (const [name, bytes] of files) out.set(`${name}.gz`, Buffer.from(gzip(bytes, { level: 9 })));

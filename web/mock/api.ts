@@ -75,7 +75,7 @@ export class Api {
   }
   private jobEnded(status: Job["status"]): void {
     const job = this.jobs[0];
-    if (!job || job.status !== "in_progress") return;
+    if (job?.status !== "in_progress") return;
     const { print_duration, total_duration, filament_used } = this.machine.world.print_stats;
     Object.assign(job, { status, end_time: Date.now() / 1000, print_duration, total_duration, filament_used });
     this.notify("notify_history_changed", { action: "finished", job });
@@ -211,6 +211,7 @@ export class Api {
     "velvet.jog.start": ({ axis, direction, mm_per_min }) => ({ id: this.machine.startJog(axis, direction, mm_per_min) }),
     "velvet.jog.beat": ({ id }) => { this.machine.beat(id); return "ok"; },
     "velvet.jog.stop": ({ id }) => { this.machine.stopJog(id); return "ok"; },
+    "velvet.home": ({ axes }) => { this.machine.home(axes || "xyz"); return "ok"; },
     "velvet.override.set": (given) => {
       const overrides = { ...this.machine.world.velvet.overrides, ...given };
       this.machine.change({ overrides });

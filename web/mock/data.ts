@@ -65,7 +65,7 @@ export function readCodes(web: string): Record<string, string> {
     const name = cells[1]?.replaceAll("`", "");
     if (!name || !/^[GMT]\d+(\.\d+)?$/.test(name)) continue;
     const help = cells.find((cell, index) => index > 1 && cell.length > 3);
-    if (help) out[name] = help.split("<br>")[0]!.replaceAll(/[`*]/g, "");
+    if (help) out[name] = help.split("<br>")[0]!.replaceAll(/[`*\\]/g, "");
   }
   return out;
 }

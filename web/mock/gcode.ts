@@ -95,6 +95,13 @@ const NAMED: Record<string, Act> = {
   "G38.2": (machine, words) => probe(machine, words),
 };
 
+function byName(machine: Machine, what: string, name: string, value: number): string | undefined {
+  if (what === "SET_FAN_SPEED") machine.world.fan.speed = value;
+  else if (what === "TURN_OFF_HEATERS") for (const heater of machine.heaters()) heater.target = 0;
+  else return setHeater(machine, name === "chamber" ? "heater_generic chamber" : name, value);
+  return undefined;
+}
+
 export function run(machine: Machine, text: string): string {
   const line = text.trim().toUpperCase();
   if (!line) return "ok";
@@ -102,6 +109,8 @@ export function run(machine: Machine, text: string): string {
   if (machine.mode === "Alarm" && name !== "M999" && name !== "M105" && name !== "M115") return "error: the machine is halted; unlock it first";
   if (name && /^G5[4-9]$/.test(name)) { machine.change({ coordinates: { ...machine.world.velvet.coordinates, active: name } }); return "ok"; }
   if (name?.startsWith("T")) { machine.change({ tool: { number: Number(name.slice(1)), name: "", length: 0 } }); return "ok"; }
+  const named = /^(SET_HEATER_TEMPERATURE|SET_FAN_SPEED|TURN_OFF_HEATERS)(?: (?:HEATER|FAN)=(\S+) (?:TARGET|SPEED)=(\S+))?/.exec(line);
+  if (named) return byName(machine, named[1]!, (named[2] ?? "").toLowerCase(), Number(named[3])) ?? "ok";
   const words: Words = new Map([...line.matchAll(/([A-Z])(-?\d*\.?\d+)/g)].slice(1).map((one) => [one[1]!, Number(one[2])]));
   for (const axis of line.matchAll(/\b([XYZ])(?=\s|$)/g)) words.set(axis[1]!, 0);
   const act = name ? NAMED[name] : undefined;

@@ -14,3 +14,4 @@ export * from "./state/session";
 export * from "./shell/format";
 export * from "./shell/icon";
 export * from "./shell/parts";
+export * from "./shell/login";

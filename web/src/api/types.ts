@@ -219,6 +219,7 @@ export interface Methods {
   "velvet.jog.start": [{ axis: Axis; direction: 1 | -1; mm_per_min: number }, { id: number }];
   "velvet.jog.beat": [{ id: number }, Ok];
   "velvet.jog.stop": [{ id: number }, Ok];
+  "velvet.home": [{ axes: string }, Ok];
   "velvet.override.set": [{ feed?: number; rapid?: number; spindle?: number }, Ok];
   "velvet.path.since": [{ seq: number }, PathPiece];
   "velvet.settings.list": [{ start: number }, { settings: Setting[]; next: number | null; total: number }];
@@ -270,6 +271,7 @@ export const ROLES: { [M in Method]: Role } = {
   "printer.print.resume": "Operate",
   "printer.print.cancel": "Operate",
   "server.files.post_directory": "Operate",
+  "velvet.home": "Operate",
   "velvet.override.set": "Operate",
   "velvet.jog.step": "Operate",
   "velvet.jog.start": "Operate",

@@ -19,6 +19,7 @@ export class Orbit {
   distance = 300;
   turn = -0.7;
   tilt = 0.55;
+  isTouched = false;
   changed: () => void = () => undefined;
   private readonly held = new Map<number, [number, number]>();
   private readonly canvas: HTMLCanvasElement;
@@ -37,6 +38,7 @@ export class Orbit {
   }
 
   zoom(factor: number): void {
+    this.isTouched = true;
     this.distance = Math.min(5000, Math.max(2, this.distance * factor));
     this.changed();
   }
@@ -61,6 +63,7 @@ export class Orbit {
   }
 
   rotate(by: number, up: number): void {
+    this.isTouched = true;
     this.turn += by;
     this.tilt = Math.min(1.55, Math.max(-0.3, this.tilt + up));
     this.changed();

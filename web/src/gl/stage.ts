@@ -24,8 +24,8 @@ void main() {
   if (b.w < 0.) gl_Position = vec4(2., 2., 2., 1.);
 }`;
 const PLAIN = `
-layout(location=0) in vec3 a; uniform mat4 m; uniform vec3 shade; out vec4 tint;
-void main() { gl_Position = m * vec4(a, 1.); tint = vec4(shade, 1.); }`;
+layout(location=0) in vec3 a; uniform mat4 m; uniform vec4 shade; out vec4 tint;
+void main() { gl_Position = m * vec4(a, 1.); tint = shade; }`;
 const PAINT = "in vec4 tint; out vec4 o; void main() { o = tint; }";
 
 export interface Box { minimum: number[]; maximum: number[] }
@@ -43,6 +43,7 @@ export class Stage {
   private range: [number, number] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
   private low: Vec3 = [Infinity, Infinity, Infinity];
   private high: Vec3 = [-Infinity, -Infinity, -Infinity];
+  private framed = 0;
   private asked = 0;
   private colours: { grid: Vec3; accent: Vec3; ink: Vec3 } = { grid: [0.8, 0.8, 0.8], accent: [0.5, 0.1, 0.4], ink: [0, 0, 0] };
   private readonly watcher: ResizeObserver;
@@ -96,6 +97,13 @@ export class Stage {
   private frame(low: Vec3, high: Vec3): void {
     this.orbit.target = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2];
     this.orbit.distance = Math.max(25, Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) * 1.42);
+    this.framed = Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+  }
+
+  /** Follows a part that grows, until somebody has turned the picture as they like it. */
+  follow(): void {
+    const size = Math.hypot(...this.low.map((value, axis) => this.high[axis]! - value));
+    if (!this.orbit.isTouched && Number.isFinite(size) && (size > this.framed * 1.08 || this.framed > size * 3)) this.fit();
   }
 
   /** Brings the part into view, or the bed where there is none yet. */
@@ -173,7 +181,7 @@ export class Stage {
     what.send();
     gl.useProgram(this.plain);
     gl.uniformMatrix4fv(this.place(this.plain, "m"), false, m);
-    gl.uniform3fv(this.place(this.plain, "shade"), shade);
+    gl.uniform4f(this.place(this.plain, "shade"), ...shade, how === gl.LINES ? 0.55 : 1);
     gl.bindBuffer(gl.ARRAY_BUFFER, what.buffer);
     gl.enableVertexAttribArray(0);
     gl.disableVertexAttribArray(1);

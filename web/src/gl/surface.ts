@@ -87,7 +87,7 @@ export class Surface {
       gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
     }
     this.orbit.target = [(x0 + x1) / 2, (y0 + y1) / 2, floor / 3];
-    if (this.orbit.distance === 300) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0) * 1.5;
+    if (this.orbit.distance === 300) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0) * 1.25;
     this.ask();
   }
 

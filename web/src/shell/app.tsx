@@ -16,10 +16,20 @@ import { Button, Dialog } from "./parts";
 const views = signal<Record<View, ComponentType> | null>(null);
 const showKeys = signal(false);
 
+/** The styles of the views, which have to be there before these are shown. */
+function loadStyle(href: string): Promise<void> {
+  return new Promise((done, failed) => {
+    const link = document.createElement("link");
+    Object.assign(link, { rel: "stylesheet", href, onload: () => done(), onerror: () => { link.remove(); failed(new Error(href)); } });
+    document.head.append(link);
+  });
+}
+
 async function loadViews(): Promise<void> {
-  const source = document.getElementById("shell")?.dataset.more;
+  const { more = "", style = "" } = document.getElementById("shell")?.dataset ?? {};
   try {
-    views.value = (await import(source ?? "")).views;
+    const [found] = await Promise.all([import(more), loadStyle(style)]);
+    views.value = found.views;
   } catch {
     window.setTimeout(() => void loadViews(), 2000);
   }
@@ -179,7 +189,7 @@ export function App() {
   const Shown = views.value?.[view.value];
   return (
     <>
-      <a class="skip" href="#main" onClick={(event) => { event.preventDefault(); document.getElementById("main")?.focus(); }}>To the content</a>
+      <button type="button" class="skip" onClick={() => document.getElementById("main")?.focus()}>To the content</button>
       <Header />
       <Navigation />
       <main id="main" tabIndex={-1} class={isLive.value || !isReady.value ? "" : "isold"} data-view={view.value}>

@@ -1,0 +1,375 @@
+// The page in a browser: each function once, in the words that a person reads.
+import assert from "node:assert/strict";
+import { createRequire } from "node:module";
+import { after, test } from "node:test";
+import { readFileSync } from "node:fs";
+import type { Page } from "playwright-core";
+import { closeBrowser, type Look, open, type Opened, ready, visit } from "./harness";
+import type { Wanted } from "../mock/main";
+
+const IS_MOCK = !process.env.VELVET_URL;
+after(closeBrowser);
+
+/** A test with a browser and a board of its own, which fails on any error that the page did not handle. */
+function page(name: string, wanted: Partial<Wanted>, run: (page: Page, opened: Opened) => Promise<void>, look: Look = {}): void {
+  const isForMock = wanted.kind === "mill" || (wanted.entry !== undefined && wanted.entry !== "open");
+  test(name, { timeout: 90000, skip: isForMock && !IS_MOCK }, async () => {
+    const opened = await open(wanted, look);
+    try {
+      await run(opened.page, opened);
+      assert.deepEqual(opened.errors, [], "errors of the page");
+    } finally { await opened.close(); }
+  });
+}
+const text = (on: Page, selector: string) => on.locator(selector).first().innerText();
+async function until(what: string, holds: () => Promise<boolean>): Promise<void> {
+  for (let turn = 0; turn < 100; turn++) {
+    if (await holds()) return;
+    await new Promise((done) => setTimeout(done, 100));
+  }
+  assert.fail(what);
+}
+async function typeLine(on: Page, line: string): Promise<void> {
+  await visit(on, "Console");
+  await on.getByLabel("Line to send").fill(line);
+  await on.getByLabel("Line to send").press("Escape").catch(() => undefined);
+  await on.getByLabel("Line to send").fill(line);
+  await on.getByRole("button", { name: "Send" }).click();
+}
+async function start(on: Page, file: RegExp): Promise<void> {
+  await visit(on, "Files");
+  await on.getByRole("button", { name: file }).click();
+  await on.getByRole("button", { name: "Start", exact: true }).click({ noWaitAfter: true });
+  await on.getByRole("button", { name: "Pause" }).first().waitFor();
+}
+
+page("shows the state, and steps with the pad move the axis", {}, async (on) => {
+  await ready(on);
+  await on.getByRole("button", { name: "Home all axes" }).click();
+  await on.locator(".pill", { hasText: "Ready" }).waitFor();
+  await until("X is at 0", async () => (await text(on, ".positions div:nth-child(1) b")) === "0.00");
+  await on.getByText("10", { exact: true }).click();
+  await on.getByRole("button", { name: "X +" }).click();
+  await until("X is at 10", async () => (await text(on, ".positions div:nth-child(1) b")) === "10.00");
+  await on.getByRole("button", { name: "X −" }).click();
+  await on.getByRole("button", { name: "X −" }).click();
+  await on.locator(".notice.error", { hasText: "out of travel" }).waitFor();
+});
+
+page("jogs while a key is held, and stands when it is let go", { speed: 1 }, async (on) => {
+  await ready(on);
+  await on.getByText("While held").click();
+  await on.keyboard.press("j");
+  await on.locator(".jogpad:focus").waitFor();
+  const before = Number(await text(on, ".positions div:nth-child(1) b"));
+  await on.keyboard.down("ArrowRight");
+  await on.locator(".pill", { hasText: "Jogging" }).waitFor();
+  await on.waitForTimeout(700);
+  await on.keyboard.up("ArrowRight");
+  await on.locator(".pill", { hasText: "Ready" }).waitFor();
+  await on.waitForTimeout(400);
+  const stood = await text(on, ".positions div:nth-child(1) b");
+  assert.ok(Number(stood) > before + 10, `${before} to ${stood}`);
+  await on.waitForTimeout(500);
+  assert.equal(await text(on, ".positions div:nth-child(1) b"), stood);
+});
+
+page("a jog ends by itself when the link dies", {}, async (on, { board }) => {
+  if (!board) return;
+  await ready(on);
+  await on.getByText("While held").click();
+  const pad = await on.getByRole("button", { name: "Y −" }).boundingBox();
+  await on.mouse.move(pad!.x + 20, pad!.y + 20);
+  await on.mouse.down();
+  await until("it jogs", async () => board.machine.mode === "Jog");
+  await on.evaluate(() => { const real = WebSocket.prototype.send; WebSocket.prototype.send = function (data) { if (!String(data).includes("velvet.jog")) real.call(this, data); }; });
+  await until("it stands", async () => board.machine.mode === "Idle");
+  await on.mouse.up();
+});
+
+page("sets temperatures and draws them", { speed: 10 }, async (on) => {
+  await ready(on);
+  await on.getByLabel("Hot end: target").fill("200");
+  await on.getByLabel("Hot end: target").press("Enter");
+  await until("it warms", async () => Number.parseFloat(await text(on, ".heat tbody tr:first-child .figure")) > 60);
+  assert.ok(await on.locator(".chart canvas").count() === 1);
+  await on.getByRole("button", { name: "Hot end: off" }).click();
+  await until("it is off", async () => (await on.getByLabel("Hot end: target").inputValue()) === "0");
+  await on.getByLabel("Hot end: target").fill("400");
+  await on.getByLabel("Hot end: target").press("Enter");
+  await until("the most is taken", async () => (await on.getByLabel("Hot end: target").inputValue()) === "300");
+});
+
+page("plays a job with its path, pauses and cancels it", { speed: 8 }, async (on) => {
+  await ready(on);
+  await start(on, /ribbon-vase/);
+  await until("there is a path", async () => Number(await on.locator(".stage canvas").getAttribute("data-points")) > 50);
+  await on.getByRole("button", { name: "Pause" }).click();
+  await on.locator(".pill", { hasText: "Held" }).waitFor();
+  await on.locator("main").focus();
+  await on.keyboard.press(" ");
+  await on.locator(".pill", { hasText: "Running" }).waitFor();
+  await on.getByRole("button", { name: "Cancel" }).click();
+  await on.getByRole("button", { name: "Cancel the job" }).click();
+  await on.getByText("Cancelled").first().waitFor();
+});
+
+page("says before a job what stands in its way", {}, async (on) => {
+  await ready(on);
+  await visit(on, "Files");
+  await on.getByRole("button", { name: /far-out/ }).click();
+  await on.getByText(/out of travel/).waitFor();
+  await on.getByText("line 2", { exact: true }).waitFor();
+  await on.getByRole("button", { name: "Start all the same" }).waitFor();
+});
+
+page("uploads, renames, downloads and removes files", {}, async (on) => {
+  await ready(on);
+  await visit(on, "Files");
+  await on.getByLabel("Files to upload").setInputFiles({ name: "<b>new & old.gcode", mimeType: "text/plain", buffer: Buffer.from("G28\nG1 X10 F600\n") });
+  await on.locator(".filecard", { hasText: "<b>new & old.gcode" }).click();
+  await on.getByText(/nothing stands in the way/).waitFor();
+  const [download] = await Promise.all([on.waitForEvent("download"), on.getByRole("link", { name: "Download" }).click()]);
+  assert.equal(readFileSync(await download.path(), "utf8"), "G28\nG1 X10 F600\n");
+  await on.getByRole("button", { name: "Rename" }).click();
+  await on.getByLabel("New name").fill("renamed.gcode");
+  await on.getByLabel("New name").press("Enter");
+  await on.locator(".filecard", { hasText: "renamed.gcode" }).click();
+  await on.getByRole("button", { name: "Remove" }).click();
+  await on.locator(".filecard", { hasText: "renamed.gcode" }).waitFor({ state: "detached" });
+});
+
+page("takes files that are dropped, and shows thumbnails", {}, async (on) => {
+  await ready(on);
+  await visit(on, "Files");
+  await until("a picture has come", async () => await on.locator(".picture img").first().evaluate((img) => (img as HTMLImageElement).naturalWidth > 0).catch(() => false));
+  await on.locator(".files").evaluate((at) => {
+    const data = new DataTransfer();
+    data.items.add(new File(["G28\n"], "dropped.gcode"));
+    at.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+  });
+  await on.locator(".filecard", { hasText: "dropped.gcode" }).waitFor();
+  await on.getByRole("button", { name: "parts", exact: true }).click();
+  await on.getByText("bracket-left.gcode").waitFor();
+});
+
+page("has a console with answers, history and completion", {}, async (on) => {
+  await ready(on);
+  await visit(on, "Console");
+  const field = on.getByLabel("Line to send");
+  await field.pressSequentially("M11");
+  await on.getByRole("option", { name: /M115/ }).waitFor();
+  await field.fill("M115");
+  await field.press("Enter");
+  await on.getByText(/FIRMWARE_NAME/).first().waitFor();
+  await field.fill("NONSENSE");
+  await field.press("Enter");
+  await on.locator(".line.bad").first().waitFor();
+  await field.press("ArrowUp");
+  await field.press("ArrowUp");
+  assert.equal(await field.inputValue(), "M115");
+  await on.getByText("Hide plain ok").waitFor();
+});
+
+page("overrides, buttons and baby steps", {}, async (on) => {
+  await ready(on);
+  await on.getByLabel("Speed", { exact: true }).fill("150");
+  await until("150 %", async () => (await text(on, ".slider output")).startsWith("150"));
+  await on.getByRole("button", { name: "Speed: back to 100 %" }).click();
+  await until("100 %", async () => (await text(on, ".slider output")).startsWith("100"));
+  await on.getByRole("button", { name: "Preheat PLA" }).click();
+  await until("PLA", async () => (await on.getByLabel("Hot end: target").inputValue()) === "205");
+  await on.getByRole("button", { name: /0.02 mm nearer/ }).click();
+  await on.getByText(/Z shifted by −0.020/).waitFor();
+});
+
+page("shows the mesh of the bed", {}, async (on) => {
+  await ready(on);
+  await visit(on, "Bed");
+  await on.locator(".stage canvas").waitFor();
+  assert.equal(await on.locator(".mesh td").count(), 49);
+  await on.getByText("300×").click();
+});
+
+page("finds, checks, stores and undoes settings", {}, async (on) => {
+  await ready(on);
+  await visit(on, "Settings");
+  await on.getByLabel("Find a setting").fill("hotend max_temp");
+  const field = on.getByLabel("temperature control, hotend.max_temp");
+  await field.fill("9000");
+  await on.getByText(/is not within/).waitFor();
+  assert.ok(await on.getByRole("button", { name: "Store" }).isDisabled());
+  await field.fill("280");
+  await on.getByRole("button", { name: "Store" }).click();
+  await on.getByText("One setting is stored.").waitFor();
+  await on.getByRole("button", { name: "Undo" }).click();
+  await until("it is as it was", async () => (await field.inputValue()) === "300");
+  await on.getByRole("button", { name: "Restart the board" }).waitFor();
+});
+
+page("keeps firmware on trial, goes back, and counts jobs", {}, async (on) => {
+  await ready(on);
+  await visit(on, "System");
+  await on.getByRole("button", { name: "Keep it" }).click();
+  await on.getByText("This firmware stays.").waitFor();
+  await on.getByRole("button", { name: "Go back" }).click();
+  await on.getByRole("dialog").getByRole("button", { name: "Go back" }).click();
+  await on.locator(".firmware", { hasText: "runs" }).getByText("0.9.1").waitFor();
+  await on.locator(".tiles").getByText("jobs", { exact: true }).waitFor();
+  await on.getByLabel("Name of the program that gets a key").fill("slicer");
+  await on.getByRole("button", { name: "Make a key" }).click();
+  await on.locator("code.key").waitFor();
+});
+
+page("says a fault in words, with what to do, and unlocks", {}, async (on) => {
+  await ready(on);
+  await on.keyboard.press("Control+.");
+  await on.locator(".pill", { hasText: "Halted" }).waitFor();
+  await on.locator(".banner.fault", { hasText: "unlock" }).waitFor();
+  assert.ok(await on.getByRole("button", { name: "X +" }).isDisabled());
+  await on.getByRole("button", { name: "Unlock" }).click();
+  await on.locator(".pill", { hasText: "Ready" }).waitFor();
+  if (IS_MOCK) { await typeLine(on, "MOCK_FAULT"); await on.getByText(/The sensor has come off/).waitFor(); }
+});
+
+test("says that values are old, and comes back by itself", { timeout: 60000 }, async () => {
+  const { page: on, close, url, context } = await open();
+  const second = await context.newPage();
+  let isCut = false;
+  const sockets: { close: () => unknown }[] = [];
+  await second.routeWebSocket(/websocket/, (socket) => {
+    if (isCut) { void socket.close(); return; }
+    socket.connectToServer();
+    sockets.push(socket);
+  });
+  await on.close();
+  await second.goto(url);
+  await ready(second);
+  isCut = true;
+  for (const one of sockets) void one.close();
+  await second.getByText("No connection to the machine.").waitFor();
+  await second.getByText(/old/).waitFor();
+  isCut = false;
+  await second.locator(".pill", { hasText: "Ready" }).waitFor();
+  await close();
+});
+
+page("asks for a password, and lets in with it", { entry: "login" }, async (on) => {
+  await on.getByLabel("Password").fill("wrong");
+  await on.getByRole("button", { name: "Log in" }).click();
+  await on.getByText("That is not the password.").waitFor();
+  await on.getByLabel("Password").fill("velvet-test");
+  await on.getByRole("button", { name: "Log in" }).click();
+  await ready(on);
+  assert.equal(await on.evaluate(() => document.cookie), "", "no script reads the cookie");
+  await visit(on, "System");
+  await on.getByRole("button", { name: "Log out" }).click();
+  await on.getByLabel("Password").waitFor();
+});
+
+page("sets the first password, confirmed at the machine", { entry: "first" }, async (on, { board }) => {
+  await on.getByLabel("New password").fill("a long word");
+  await on.getByLabel("Once more").fill("another word");
+  await on.getByRole("button", { name: "Set the password" }).click();
+  await on.getByText("The two are not the same.").waitFor();
+  await on.getByLabel("Once more").fill("a long word");
+  await on.getByRole("button", { name: "Set the password" }).click();
+  await on.getByLabel("Code").fill("000000");
+  await on.getByRole("button", { name: "Confirm" }).click();
+  await on.getByText(/not the code/).waitFor();
+  await on.getByLabel("Code").fill(board!.code());
+  await on.getByRole("button", { name: "Confirm" }).click();
+  await ready(on);
+});
+
+page("who may only watch sees everything, moves nothing, and may halt", { entry: "watch" }, async (on) => {
+  await ready(on);
+  assert.ok(await on.getByRole("button", { name: "X +" }).isDisabled());
+  assert.ok(await on.getByRole("button", { name: "Home all axes" }).isDisabled());
+  await on.getByRole("button", { name: "Halt the machine at once" }).click();
+  await on.locator(".pill", { hasText: "Halted" }).waitFor();
+});
+
+page("a mill: large positions, zero, offsets, spindle", { kind: "mill" }, async (on) => {
+  await ready(on);
+  await on.getByRole("button", { name: "X: zero here" }).click();
+  await until("X 0", async () => (await text(on, ".axis .big")) === "0.000");
+  await on.getByRole("button", { name: "Right", exact: true }).click();
+  await until("it turns", async () => Number.parseInt(await text(on, ".cardhead .figure"), 10) > 1000);
+  await visit(on, "Work");
+  await on.locator("tr", { hasText: "G55" }).getByRole("button", { name: "Use" }).click();
+  await on.locator("tr.active", { hasText: "G55" }).waitFor();
+  await on.getByLabel("G55 Z").fill("-12.5");
+  await on.getByLabel("G55 Z").press("Enter");
+  await until("stored", async () => (await on.getByLabel("G55 Z").inputValue()) === "-12.500");
+});
+
+page("a mill: the probe finds zero step by step", { kind: "mill", speed: 10 }, async (on) => {
+  await ready(on);
+  await visit(on, "Work");
+  for (let step = 0; step < 3; step++) await on.getByRole("button", { name: "Next" }).click();
+  await on.getByText(/G38.2 Z-20/).waitFor();
+  await on.getByRole("button", { name: "Search", exact: true }).click();
+  await on.getByText(/is found/).waitFor();
+  await on.getByText(/Last contact/).waitFor();
+});
+
+page("works by keys alone", {}, async (on) => {
+  await ready(on);
+  await on.keyboard.press("3");
+  await on.getByRole("heading", { name: "Files", level: 1 }).waitFor();
+  await on.keyboard.press("?");
+  await on.getByRole("dialog", { name: "Keys" }).waitFor();
+  await on.keyboard.press("Escape");
+  await on.getByRole("dialog", { name: "Keys" }).waitFor({ state: "detached" });
+  await on.keyboard.press("/");
+  await on.locator("input[data-slash]:focus").waitFor();
+});
+
+page("keeps the colours that were chosen", {}, async (on) => {
+  await ready(on);
+  const paper = () => on.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await paper();
+  await on.getByRole("button", { name: /Colours/ }).click();
+  await on.getByRole("button", { name: /Colours/ }).click();
+  assert.notEqual(await paper(), light);
+  const dark = await paper();
+  await on.reload();
+  await ready(on);
+  assert.equal(await paper(), dark);
+});
+
+const AXE = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
+interface Violation { id: string; nodes: { html: string; failureSummary?: string }[] }
+async function accessible(on: Page, where: string): Promise<void> {
+  const source = readFileSync(AXE, "utf8");
+  await on.evaluate(source);
+  const found = await on.evaluate(async () => (await (window as unknown as { axe: { run: () => Promise<{ violations: Violation[] }> } }).axe.run()).violations);
+  assert.deepEqual(found.map((one) => `${where}: ${one.id}: ${one.nodes.map((node) => `${node.html.slice(0, 160)} ${node.failureSummary?.slice(0, 200)}`).join(" | ")}`), []);
+}
+for (const dark of [false, true]) {
+  for (const kind of ["printer", "mill"] as const) {
+    page(`axe finds nothing: ${kind}, ${dark ? "dark" : "light"}`, { kind }, async (on) => {
+      await ready(on);
+      await on.waitForTimeout(500);
+      for (const view of kind === "mill" ? ["Machine", "Work"] : ["Machine", "Job", "Files", "Bed", "Console", "Settings", "System"]) {
+        await visit(on, view);
+        await on.waitForTimeout(400);
+        await accessible(on, view);
+      }
+    }, { dark });
+  }
+}
+page("axe finds nothing: login, halted, on a phone", { entry: "login" }, async (on) => {
+  await on.getByLabel("Password").waitFor();
+  await accessible(on, "login");
+  await on.getByLabel("Password").fill("velvet-test");
+  await on.getByRole("button", { name: "Log in" }).click();
+  await ready(on);
+  await on.getByRole("button", { name: "Halt the machine at once" }).click();
+  await on.getByRole("button", { name: "Unlock" }).waitFor();
+  await on.waitForTimeout(500);
+  await accessible(on, "halted");
+  const wide = await on.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  assert.equal(wide, 0, "nothing is wider than the phone");
+}, { width: 390, height: 844, touch: true });

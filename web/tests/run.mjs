@@ -1,0 +1,17 @@
+// Bundles and runs the page's tests with node's own runner; `shots FOLDER [NAME]` makes pictures instead.
+import { spawnSync } from "node:child_process";
+import { dirname } from "node:path";
+import { fileURLToPath } from "node:url";
+import { bundle } from "../mock/run.mjs";
+
+const WEB = dirname(dirname(fileURLToPath(import.meta.url)));
+process.env.VELVET_WEB = WEB;
+if (process.argv[2] === "shots") {
+  const { shots } = await import(await bundle("tests/shots.ts", "shots"));
+  await shots(process.argv[3] ?? "/tmp/shots", process.argv[4] ?? "");
+} else {
+  const file = await bundle("tests/page.test.ts", "page.test");
+  const more = process.argv.slice(2).map((name) => `--test-name-pattern=${name}`);
+  const done = spawnSync(process.execPath, ["--test", "--test-reporter=spec", ...more, file], { stdio: "inherit", cwd: WEB });
+  process.exit(done.status ?? 1);
+}
