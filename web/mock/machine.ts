@@ -194,6 +194,7 @@ export class Machine {
       const want = heater.target ? Math.min(1, Math.max(0, (heater.target - heater.temperature) * 0.12 + (heater.target - 22) / strong)) : 0;
       heater.power = Number((this.mode === "Alarm" ? 0 : want).toFixed(2));
       const tau = heater === this.world.extruder ? 26 : 60;
+      if (heater.can_extrude !== undefined) heater.can_extrude = heater.temperature > 170;
       heater.temperature += ((22 + heater.power * strong * (1 + 0.02 * Math.sin(this.time * 2)) - heater.temperature) / tau) * seconds;
     }
   }

@@ -29,7 +29,7 @@ export async function open(wanted: Partial<Wanted> = {}, look: Look = {}): Promi
     hasTouch: look.touch ?? false, isMobile: look.touch ?? false, locale: "en-GB",
   });
   const page = await context.newPage();
-  page.setDefaultTimeout(10000);
+  page.setDefaultTimeout(30000);
   const errors: string[] = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => { if (message.type() === "error" && !/WebSocket|ERR_CONNECTION|401/.test(message.text())) errors.push(message.text()); });

@@ -43,6 +43,9 @@ export class Stage {
   private range: [number, number] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
   private low: Vec3 = [Infinity, Infinity, Infinity];
   private high: Vec3 = [-Infinity, -Infinity, -Infinity];
+  /** Whether the newest moves have the colour of the state. */
+  hasTail = true;
+  private share = 1;
   private framed = 0;
   private asked = 0;
   private colours: { grid: Vec3; accent: Vec3; ink: Vec3 } = { grid: [0.8, 0.8, 0.8], accent: [0.5, 0.1, 0.4], ink: [0, 0, 0] };
@@ -50,7 +53,7 @@ export class Stage {
 
   /** Nothing where the browser has no WebGL2. */
   static on(canvas: HTMLCanvasElement): Stage | null {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: false, preserveDrawingBuffer: true });
+    const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: false });
     return gl ? new Stage(canvas, gl) : null;
   }
 
@@ -84,7 +87,7 @@ export class Stage {
     this.grid.clear();
     const [x0 = 0, y0 = 0, z0 = 0] = minimum;
     const [x1 = 200, y1 = 200, z1 = 0] = maximum;
-    const floor = z0 < 0 ? z0 : 0;
+    const floor = Math.min(z0, 0);
     const step = Math.max(x1 - x0, y1 - y0) > 500 ? 50 : 20;
     for (let x = x0; x <= x1 + 0.01; x += step) this.grid.push(x, y0, floor, x, y1, floor);
     for (let y = y0; y <= y1 + 0.01; y += step) this.grid.push(x0, y, floor, x1, y, floor);
@@ -133,6 +136,8 @@ export class Stage {
     }
     if (points.length) this.ask();
   }
+  /** Shows only the first part of what is there. */
+  upTo(share: number): void { this.share = share; this.ask(); }
   get points(): number { return this.segments.length / 4; }
 
   toolAt([x = 0, y = 0, z = 0]: number[]): void {
@@ -193,7 +198,7 @@ export class Stage {
   /** One instance a segment: both ends are read from the same buffer, a point apart. */
   private drawSegments(m: Float32Array, w: number, h: number, scale: number): void {
     const { gl, lines } = this;
-    const count = this.segments.length / 4 - 1;
+    const count = Math.round((this.segments.length / 4 - 1) * this.share);
     if (count < 1) return;
     this.segments.send();
     gl.useProgram(lines);
@@ -202,7 +207,7 @@ export class Stage {
     gl.uniform1f(this.place(lines, "width"), Math.max(1.6, Math.min(6, 260 / this.orbit.distance)) * scale);
     gl.uniform1f(this.place(lines, "low"), this.range[0]);
     gl.uniform1f(this.place(lines, "high"), this.range[1]);
-    gl.uniform1f(this.place(lines, "count"), count);
+    gl.uniform1f(this.place(lines, "count"), this.hasTail ? count : 1e9);
     gl.uniform3fv(this.place(lines, "accent"), this.colours.accent);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.segments.buffer);
     for (const index of [0, 1]) {

@@ -39,7 +39,7 @@ export class Surface {
   private readonly watcher: ResizeObserver;
 
   static on(canvas: HTMLCanvasElement): Surface | null {
-    const gl = canvas.getContext("webgl2", { antialias: true, premultipliedAlpha: false, preserveDrawingBuffer: true });
+    const gl = canvas.getContext("webgl2", { antialias: true, premultipliedAlpha: false });
     return gl ? new Surface(canvas, gl) : null;
   }
   private constructor(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext) {

@@ -10,6 +10,7 @@ import { isLive, isPlaying, mode, obj } from "../state/machine";
 import { ask, say } from "../state/notices";
 import { isOwner, mayOperate } from "../state/session";
 import { thumbnailUrl } from "../parts/job";
+import { Preview } from "../parts/preview";
 import { cancelUpload, clearUploads, putFiles, uploads } from "../parts/upload";
 
 const isJob = (name: string) => /\.(gcode|gco|g|ngc|nc|tap)$/i.test(name);
@@ -61,6 +62,7 @@ function FileDialog({ path, onClose }: { path: string; onClose: () => void }) {
   const found = useSignal<Preflight | null>(null);
   const failed = useSignal<string | null>(null);
   const name = useSignal<string | null>(null);
+  const isSeen = useSignal(false);
   useEffect(() => {
     void call("server.files.metadata", { filename: path }).then((one) => { meta.value = one; }).catch(() => undefined);
     if (isJob(path)) void call("velvet.preflight", { path: `gcodes/${path}` }).then((one) => { found.value = one; }).catch((error: Error) => { failed.value = error.message; });
@@ -91,6 +93,7 @@ function FileDialog({ path, onClose }: { path: string; onClose: () => void }) {
           {found.value ? <Findings found={found.value} /> : failed.value ? <p class="wrong">{failed.value}</p> : <p class="quiet">The machine reads the file…</p>}
         </section>
       )}
+      {isSeen.value && <Preview path={path} />}
       {name.value !== null && (
         <form class="row" onSubmit={(event) => { event.preventDefault(); void rename(); }}>
           <input type="text" aria-label="New name" value={name.value} onInput={(event) => { name.value = event.currentTarget.value; }} /><Button kind="main" submit>Rename</Button>
@@ -100,6 +103,7 @@ function FileDialog({ path, onClose }: { path: string; onClose: () => void }) {
         <a class="button plain" href={`/server/files/gcodes/${path.split("/").map(encodeURIComponent).join("/")}`} download={baseName(path)}><Icon name="download" /><span>Download</span></a>
         {isOwner.value && <Button icon="edit" kind="plain" onPress={() => { name.value = path; }}>Rename</Button>}
         {isOwner.value && <Button icon="trash" kind="plain" onPress={remove}>Remove</Button>}
+        {isJob(path) && <Button icon="job" kind="plain" pressed={isSeen.value} onPress={() => { isSeen.value = !isSeen.peek(); }}>Path</Button>}
         <span class="grow" />
         {isJob(path) && <Button icon="play" kind={stops ? "danger" : "main"} class="big" disabled={!mayOperate.value || !isLive.value || isPlaying.value || mode.value === "Alarm"} onPress={start}>{stops ? "Start all the same" : "Start"}</Button>}
       </div>
@@ -157,7 +161,7 @@ export function FilesView() {
       <div class="row wrap toolbar">
         <nav class="crumbs" aria-label="Folder">
           <button type="button" onClick={() => enter("")}>Card</button>
-          {folder.value && folder.value.split("/").map((part, at, all) => <span key={part}> / <button type="button" onClick={() => enter(all.slice(0, at + 1).join("/"))}>{part}</button></span>)}
+          {folder.value?.split("/").filter(Boolean).map((part, at, all) => <span key={part}> / <button type="button" onClick={() => enter(all.slice(0, at + 1).join("/"))}>{part}</button></span>)}
         </nav>
         <input type="search" class="search" data-slash placeholder="Find" aria-label="Find files" value={looked.value} onInput={(event) => { looked.value = event.currentTarget.value; }} />
         <select aria-label="Order" value={sort.value} onChange={(event) => { sort.value = event.currentTarget.value as keyof typeof SORTS; }}>{Object.entries(SORTS).map(([key, text]) => <option key={key} value={key}>{text}</option>)}</select>

@@ -3,7 +3,8 @@ import { Card } from "../shell/parts";
 import { heaterNames, isPrinter, sensorNames } from "../state/machine";
 import { LastWords, Macros } from "../parts/extras";
 import { JobFigures, JobSummary, useMetadata } from "../parts/job";
-import { MillOverrides, Readout, Signals, SpindleCard } from "../parts/mill";
+import { LaserCard, MillOverrides, Readout, Signals, SpindleCard } from "../parts/mill";
+import { Filament } from "../parts/filament";
 import { Move } from "../parts/move";
 import { PathStage } from "../parts/stage";
 import { Overrides, Temperatures } from "../parts/temps";
@@ -21,8 +22,8 @@ function JobCard() {
 function Printer() {
   return (
     <div class="grid">
-      <div class="stack span7"><JobCard /><Temperatures /></div>
-      <div class="stack span5"><Move /><Overrides /><Macros /><LastWords /></div>
+      <div class="stack span7"><JobCard /><Temperatures /><LastWords /></div>
+      <div class="stack span5"><Move /><Filament /><Overrides /><Macros /></div>
     </div>
   );
 }
@@ -31,8 +32,8 @@ function Mill() {
   const hasHeat = heaterNames.value.length + sensorNames.value.length > 0 && heaterNames.value.length > 0;
   return (
     <div class="grid">
-      <div class="stack span7"><Readout /><JobCard />{hasHeat && <Temperatures />}</div>
-      <div class="stack span5"><Move /><SpindleCard /><MillOverrides /><Card title="Signals"><Signals /></Card><Macros /><LastWords /></div>
+      <div class="stack span7"><Readout /><JobCard />{hasHeat && <Temperatures />}<Card title="Signals"><Signals /></Card><LastWords /></div>
+      <div class="stack span5"><Move /><SpindleCard /><LaserCard /><MillOverrides /><Macros /></div>
     </div>
   );
 }

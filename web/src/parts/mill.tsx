@@ -23,7 +23,7 @@ function AxisRow({ axis, index, work }: { axis: Axis; index: number; work: boole
       <span class="big">{num(big, 3)}</span>
       <span class="small quiet">{num(small, 3)}<br />{work ? "machine" : "work"}{!isHomed && ", not homed"}</span>
       <Button disabled={!may} label={`${axis.toUpperCase()}: zero here`} onPress={() => setWork(axis, 0)}>Zero</Button>
-      <Button disabled={!may} label={`${axis.toUpperCase()}: the middle between zero and here`} title="Half of what is shown: the middle between zero and here" onPress={() => setWork(axis, (place ?? 0) / 2)}>½</Button>
+      <Button disabled={!may} label={`${axis.toUpperCase()}: ½, the middle between zero and here`} title="Half of what is shown: the middle between zero and here" onPress={() => setWork(axis, (place ?? 0) / 2)}>½</Button>
     </div>
   );
 }
@@ -64,7 +64,7 @@ export function SpindleCard() {
   const turn = (code: string) => script(`${code} S${speed}`);
   return (
     <Card title="Spindle" aside={<b class="figure">{num(spindle.rpm, 0)}<small> rpm</small></b>}>
-      <div class="row wrap">
+      <div class="row wrap rpm">
         <NumberField label="Spindle speed" value={speed} unit="rpm" min={0} max={spindle.max_rpm} disabled={!may} onSet={(value) => { wanted.value = value; if (spindle.direction !== "off") void script(`M3 S${value}`); }} />
         <Button pressed={spindle.direction === "clockwise"} disabled={!may} onPress={() => turn("M3")}>Right</Button>
         <Button pressed={spindle.direction === "counterclockwise"} disabled={!may} onPress={() => turn("M4")}>Left</Button>
@@ -106,5 +106,16 @@ export function Signals() {
       {all.map(([name, on]) => <li key={name} class={on ? "on" : ""}><i />{name}<span class="unseen">{on ? ", pressed" : ", free"}</span></li>)}
       {velvet.probe && <li class={velvet.probe.is_triggered ? "on" : ""}><i />probe<span class="unseen">{velvet.probe.is_triggered ? ", touches" : ", free"}</span></li>}
     </ul>
+  );
+}
+
+export function LaserCard() {
+  const laser = obj("velvet")?.laser;
+  if (!laser) return null;
+  return (
+    <Card title="Laser" aside={<span class={laser.on ? "tag bad" : "tag"}>{laser.on ? "fires" : "off"}</span>}>
+      <div class="tiles"><div><b>{num(laser.power * 100, 0)}<small> %</small></b><span>power</span></div></div>
+      <div class="row end"><Button kind="danger" disabled={!mayOperate.value || !isLive.value} onPress={() => script("M5")}>Off</Button></div>
+    </Card>
   );
 }

@@ -35,9 +35,12 @@ const KEYS: Record<string, [Axis, 1 | -1]> = {
   ArrowRight: ["x", 1], ArrowLeft: ["x", -1], ArrowUp: ["y", 1], ArrowDown: ["y", -1], PageUp: ["z", 1], PageDown: ["z", -1],
 };
 
+// Wherever the focus is by then: a key that is let go ends what it began.
+window.addEventListener("keyup", (event) => { if (KEYS[event.key] && running.peek()) end(); });
+
 function onPadKey(event: KeyboardEvent): void {
   const way = KEYS[event.key];
-  const at = STEPS.findIndex((one) => one === jogStep.peek());
+  const at = STEPS.indexOf(jogStep.peek() as 1);
   if (way) {
     if (!isFree.peek() || !mayOperate.peek()) return;
     if (isContinuous.peek()) { if (!event.repeat) void begin(...way); }
@@ -59,7 +62,7 @@ export function JogPad() {
   const pad = ["y", "x", "z"] as const;
   return (
     <div class="jogpad" role="group" aria-label="Jog pad: arrows move X and Y, page up and down Z" tabIndex={0} onKeyDown={onPadKey}
-      onKeyUp={(event) => { if (KEYS[event.key] && running.peek()) end(); }} onBlur={end}>
+      onFocusOut={(event) => { if (!event.currentTarget.contains(event.relatedTarget as Node | null)) end(); }}>
       <JogButton axis={pad[0]} direction={1} icon="up" />
       <JogButton axis={pad[1]} direction={-1} icon="left" />
       <button type="button" class="jog all" disabled={!mayOperate.value || !isFree.value} onClick={() => void home("")} aria-label="Home all axes"><Icon name="home" /><span aria-hidden="true">Home</span></button>
@@ -103,7 +106,7 @@ function Positions() {
   const homed = obj("toolhead")?.homed_axes ?? "";
   return (
     <div class="tiles positions">
-      {(obj("velvet")?.axes ?? []).map((axis, index) => (
+      {(obj("velvet")?.axes ?? (["x", "y", "z"] as const)).map((axis, index) => (
         <div key={axis} class={homed.includes(axis) ? "" : "unsure"}><b>{num(live[index])}</b><span>{axis.toUpperCase()}{homed.includes(axis) ? "" : ", not homed"}</span></div>
       ))}
       <div><b>{num(obj("motion_report")?.live_velocity, 0)}</b><span>mm/s</span></div>

@@ -33,7 +33,7 @@ function SensorRow({ name, index }: { name: string; index: number }) {
     <tr>
       <td><i class={`dot ${SHADES[index % 6]}`} />{label}</td>
       <td class="n figure">{num(heaterNamed(name)?.temperature, 1)}<small> °C</small></td>
-      <td colSpan={3} class="quiet">sensor</td>
+      <td class="n quiet">sensor</td><td class="power" /><td />
     </tr>
   );
 }

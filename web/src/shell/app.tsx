@@ -151,8 +151,8 @@ function KeysDialog() {
 
 function onKey(event: KeyboardEvent): void {
   if (event.ctrlKey && event.key === ".") { event.preventDefault(); emergencyStop(); return; }
-  const target = event.target as HTMLElement;
-  if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName) || document.querySelector("dialog[open]")) return;
+  const takesText = (event.target as HTMLElement).matches("textarea, select, input:not([type=radio], [type=checkbox])");
+  if (event.ctrlKey || event.altKey || event.metaKey || takesText || document.querySelector("dialog[open]")) return;
   const place = places()[Number(event.key) - 1];
   if (place) go(place[0]);
   else if (event.key === "?") showKeys.value = true;

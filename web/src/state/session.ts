@@ -1,6 +1,6 @@
 // Who looks at this page and what they may: login, first password, role.
 import { computed, signal } from "@preact/signals";
-import { call, connect, onOpen, reconnect } from "../api/link";
+import { call, connect, linkState, onOpen, reconnect } from "../api/link";
 import type { AccessInfo, Method, Role } from "../api/types";
 import { ROLES } from "../api/types";
 import { subscribe } from "./machine";
@@ -38,6 +38,7 @@ async function begin(): Promise<void> {
     for (const then of opened) then();
   } catch (error) {
     say("error", error instanceof Error ? error.message : "The machine did not answer.");
+    window.setTimeout(() => { if (linkState.peek() === "open") void begin(); }, 3000);
   }
 }
 
