@@ -26,6 +26,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 endif
 
 .PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
+.PHONY: web test-web
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
 help:
@@ -59,6 +60,10 @@ firmware: target/toolchain.mk
 seal: target/toolchain.mk
 	@$(FW_CARGO) build -q --locked -p boot --release --target $(TRIPLE) $(FW_FLAGS)
 	@$(CARGO) run -q --locked -p xtask -- seal "$(ELF)" $(BOOT_STAGE)
+
+## make web                      the page that the board serves, web/dist, from its sources, and its check; needs npm
+web:
+	@cd web && npm ci --no-audit --no-fund && npm run --silent build && npm run --silent check
 
 ## make velvet                   the program for the desk, target/native/velvet: check, send, flash, sign, verify...
 velvet: target/toolchain.mk
@@ -183,7 +188,16 @@ test-lint: target/toolchain.mk
 
 test-desk:
 	@$(MAKE) test-lint
+	@$(MAKE) test-web
 	@$(MAKE) test-host
+
+# The page in web/dist is committed, so firmware is built without npm: only who changes the page needs it.
+test-web:
+	@echo "== the page"
+	@if ! command -v npm >/dev/null 2>&1; then echo "npm is not installed: the check of the page is left out"; \
+	elif ! (cd web && test -x node_modules/.bin/esbuild || npm ci --silent --no-audit --no-fund --prefer-offline); then \
+	    echo "npm cannot fetch the page's packages: the check of the page is left out"; \
+	else cd web && npm run --silent check; fi
 
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"

@@ -1,4 +1,5 @@
-// Bundles and runs the page's tests with node's own runner; `shots FOLDER [NAME]` makes pictures instead.
+// Bundles and runs the page's tests with node's own runner; `shots FOLDER [NAME]` makes pictures instead,
+// `pictures FOLDER` those of docs/page.md.
 import { spawnSync } from "node:child_process";
 import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -9,6 +10,9 @@ process.env.VELVET_WEB = WEB;
 if (process.argv[2] === "shots") {
   const { shots } = await import(await bundle("tests/shots.ts", "shots"));
   await shots(process.argv[3] ?? "/tmp/shots", process.argv[4] ?? "");
+} else if (process.argv[2] === "pictures") {
+  const { pictures } = await import(await bundle("tests/docs-shots.ts", "pictures"));
+  await pictures(process.argv[3] ?? "/tmp/shots", process.argv[4] ?? "");
 } else {
   const file = await bundle("tests/page.test.ts", "page.test");
   const more = process.argv.slice(2).map((name) => `--test-name-pattern=${name}`);

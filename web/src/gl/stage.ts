@@ -28,6 +28,9 @@ layout(location=0) in vec3 a; uniform mat4 m; uniform vec4 shade; out vec4 tint;
 void main() { gl_Position = m * vec4(a, 1.); tint = shade; }`;
 const PAINT = "in vec4 tint; out vec4 o; void main() { o = tint; }";
 
+/** How wide a line is drawn, as what a nozzle of 0.4 mm lays. */
+const WIDTH_MM = 0.45;
+
 export interface Box { minimum: number[]; maximum: number[] }
 
 export class Stage {
@@ -204,7 +207,7 @@ export class Stage {
     gl.useProgram(lines);
     gl.uniformMatrix4fv(this.place(lines, "m"), false, m);
     gl.uniform2f(this.place(lines, "size"), w, h);
-    gl.uniform1f(this.place(lines, "width"), Math.max(1.6, Math.min(6, 260 / this.orbit.distance)) * scale);
+    gl.uniform1f(this.place(lines, "width"), Math.max(1.4 * scale, (WIDTH_MM * h) / (2 * Math.tan(0.35) * this.orbit.distance)));
     gl.uniform1f(this.place(lines, "low"), this.range[0]);
     gl.uniform1f(this.place(lines, "high"), this.range[1]);
     gl.uniform1f(this.place(lines, "count"), this.hasTail ? count : 1e9);

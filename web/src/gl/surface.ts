@@ -87,7 +87,8 @@ export class Surface {
       gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
     }
     this.orbit.target = [(x0 + x1) / 2, (y0 + y1) / 2, floor / 3];
-    if (this.orbit.distance === 300) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0) * 1.25;
+    const wide = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
+    if (!this.orbit.isTouched) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0) * (wide > 1 ? 1.25 : 1.6);
     this.ask();
   }
 

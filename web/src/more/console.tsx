@@ -34,16 +34,40 @@ function matches(text: string): [string, string][] {
   return (isCode || found.length ? found : exact).sort((a, b) => a[0].length - b[0].length || a[0].localeCompare(b[0], undefined, { numeric: true })).slice(0, 7);
 }
 
-export function ConsoleView() {
+function Lines() {
+  const box = useRef<HTMLDivElement>(null);
+  const lines = consoleLines.value.filter((line) => !hidesAnswers.value || line.message !== "ok");
+  const last = lines.at(-1);
+  useEffect(() => { box.current?.scrollTo(0, box.current.scrollHeight); }, [last]);
+  return (
+    <div class="lines" ref={box} role="log" aria-label="Lines and answers" tabIndex={0}>
+      {lines.map((line, at) => (
+        <div key={at} class={`line ${line.type} ${line.message.startsWith("!!") ? "bad" : line.message.startsWith("//") ? "info" : ""}`}>
+          <time>{clock(line.time)}</time><span>{line.message}</span>
+        </div>
+      ))}
+    </div>
+  );
+}
+
+function Offers({ offered, chosen, take }: { offered: [string, string][]; chosen: number; take: (name: string) => void }) {
+  if (!offered.length) return null;
+  return (
+    <div class="offers" id="offers" role="listbox" aria-label="Codes">
+      {offered.map(([name, help], at) => (
+        // biome-ignore lint/a11y/useKeyWithClickEvents: the field beside it has the keys.
+        <div key={name} class="offer" id={`offer${at}`} role="option" tabIndex={-1} aria-selected={at === chosen} onClick={() => take(name)}><b>{name}</b><span>{help}</span></div>
+      ))}
+    </div>
+  );
+}
+
+function Prompt() {
   const text = useSignal("");
   const chosen = useSignal(-1);
   const back = useSignal(0);
-  const box = useRef<HTMLDivElement>(null);
   const field = useRef<HTMLTextAreaElement>(null);
-  const lines = consoleLines.value.filter((line) => !hidesAnswers.value || line.message !== "ok");
   const offered = matches(text.value);
-  const last = lines.at(-1);
-  useEffect(() => { box.current?.scrollTo(0, box.current.scrollHeight); }, [last]);
   const take = (name: string) => { text.value = `${name} `; chosen.value = -1; field.current?.focus(); };
   const submit = () => {
     const line = text.peek().trim();
@@ -59,41 +83,35 @@ export function ConsoleView() {
   };
   const onKey = (event: KeyboardEvent) => {
     const picked = offered[chosen.value];
+    const isOneLine = !text.value.includes("\n");
     if (event.key === "Enter" && !event.shiftKey) { if (picked) take(picked[0]); else submit(); }
     else if (event.key === "Tab" && offered[0] && text.value.trim() !== offered[Math.max(0, chosen.value)]?.[0]) take((picked ?? offered[0])[0]);
-    else if (event.key === "ArrowUp" && !text.value.includes("\n")) { if (chosen.value >= 0) chosen.value -= 1; else recall(1); }
-    else if (event.key === "ArrowDown" && !text.value.includes("\n")) { if (offered.length && !back.value) chosen.value = Math.min(offered.length - 1, chosen.value + 1); else recall(-1); }
+    else if (event.key === "ArrowUp" && isOneLine) { if (chosen.value >= 0) chosen.value -= 1; else recall(1); }
+    else if (event.key === "ArrowDown" && isOneLine) { if (offered.length && !back.value) chosen.value = Math.min(offered.length - 1, chosen.value + 1); else recall(-1); }
     else if (event.key === "Escape") { chosen.value = -1; text.value = ""; }
     else return;
     event.preventDefault();
   };
   return (
+    <div class="prompt">
+      <Offers offered={offered} chosen={chosen.value} take={take} />
+      <textarea
+        ref={field} data-slash rows={Math.min(6, text.value.split("\n").length)} value={text.value} placeholder="G-code or a command" aria-label="Line to send" spellcheck={false} autocapitalize="characters"
+        aria-controls={offered.length ? "offers" : undefined} aria-autocomplete="list" aria-activedescendant={chosen.value >= 0 ? `offer${chosen.value}` : undefined}
+        disabled={!mayOperate.value} onInput={(event) => { text.value = event.currentTarget.value; chosen.value = -1; back.value = 0; }} onKeyDown={onKey}
+      />
+      <Button kind="main" disabled={!mayOperate.value || !isLive.value} onPress={submit}>Send</Button>
+    </div>
+  );
+}
+
+export function ConsoleView() {
+  return (
     <>
       <h1 class="unseen">Console</h1>
       <Card class="console" title="Console" aside={<label class="check quiet"><input type="checkbox" checked={hidesAnswers.value} onChange={(event) => { hidesAnswers.value = event.currentTarget.checked; }} />Hide plain ok</label>}>
-        <div class="lines" ref={box} role="log" aria-label="Lines and answers" tabIndex={0}>
-          {lines.map((line, at) => (
-            <div key={at} class={`line ${line.type} ${line.message.startsWith("!!") ? "bad" : line.message.startsWith("//") ? "info" : ""}`}>
-              <time>{clock(line.time)}</time><span>{line.message}</span>
-            </div>
-          ))}
-        </div>
-        <div class="prompt">
-          {offered.length > 0 && (
-            <div class="offers" id="offers" role="listbox" aria-label="Codes">
-              {offered.map(([name, help], at) => (
-                // biome-ignore lint/a11y/useKeyWithClickEvents: the field beside it has the keys.
-                <div key={name} class="offer" id={`offer${at}`} role="option" tabIndex={-1} aria-selected={at === chosen.value} onClick={() => take(name)}><b>{name}</b><span>{help}</span></div>
-              ))}
-            </div>
-          )}
-          <textarea
-            ref={field} data-slash rows={Math.min(6, text.value.split("\n").length)} value={text.value} placeholder="G-code or a command" aria-label="Line to send" spellcheck={false} autocapitalize="characters"
-            aria-controls={offered.length ? "offers" : undefined} aria-autocomplete="list" aria-activedescendant={chosen.value >= 0 ? `offer${chosen.value}` : undefined}
-            disabled={!mayOperate.value} onInput={(event) => { text.value = event.currentTarget.value; chosen.value = -1; back.value = 0; }} onKeyDown={onKey}
-          />
-          <Button kind="main" disabled={!mayOperate.value || !isLive.value} onPress={submit}>Send</Button>
-        </div>
+        <Lines />
+        <Prompt />
         <p class="note">Up and down: lines from before. Tab: complete. Shift and Enter: one more line.</p>
       </Card>
     </>

@@ -130,6 +130,23 @@ function Uploads() {
   );
 }
 
+function NewFolder({ path, onClose }: { path: (name: string) => string; onClose: () => void }) {
+  const make = (event: Event) => {
+    event.preventDefault();
+    const name = String(new FormData(event.currentTarget as HTMLFormElement).get("name")).trim();
+    onClose();
+    if (name) void ask("server.files.post_directory", { path: `gcodes/${path(name)}` });
+  };
+  return (
+    <Dialog title="New folder" onClose={onClose}>
+      <form class="form" onSubmit={make}>
+        <label>Name<input type="text" name="name" required /></label>
+        <div class="row end"><Button kind="main" submit>Make it</Button></div>
+      </form>
+    </Dialog>
+  );
+}
+
 const SORTS = { modified: "Newest", filename: "Name", size: "Size" } as const;
 
 export function FilesView() {
@@ -177,19 +194,7 @@ export function FilesView() {
       <ul class="filegrid">{files.map((one) => <FileCard key={`${inside(one.filename)}@${one.modified}`} path={inside(one.filename)} entry={one} onOpen={(path) => { opened.value = path; }} />)}</ul>
       {disk && <p class="note">{bytes(disk.free)} of {bytes(disk.total)} are free.</p>}
       {opened.value && <FileDialog path={opened.value} onClose={() => { opened.value = null; }} />}
-      {newFolder.value && (
-        <Dialog title="New folder" onClose={() => { newFolder.value = false; }}>
-          <form class="form" onSubmit={(event) => {
-            event.preventDefault();
-            const name = String(new FormData(event.currentTarget).get("name")).trim();
-            newFolder.value = false;
-            if (name) void ask("server.files.post_directory", { path: `gcodes/${inside(name)}` });
-          }}>
-            <label>Name<input type="text" name="name" required /></label>
-            <div class="row end"><Button kind="main" submit>Make it</Button></div>
-          </form>
-        </Dialog>
-      )}
+      {newFolder.value && <NewFolder path={inside} onClose={() => { newFolder.value = false; }} />}
     </section>
   );
 }

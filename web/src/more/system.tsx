@@ -56,7 +56,7 @@ function Statistics() {
       {jobs.value.length > 0 && <Days jobs={jobs.value} />}
       {jobs.value.length === 0 ? <Empty>Nothing was made yet.</Empty> : (
         <div class="scroll">
-          <table class="jobs">
+          <table class={isPrinter.value ? "jobs filaments" : "jobs"}>
             <thead><tr><th>Job</th><th>Begun</th><th class="n">Took</th>{isPrinter.value && <th class="n">Filament</th>}<th class="n">Ended</th></tr></thead>
             <tbody>
               {jobs.value.slice(0, 12).map((job) => (

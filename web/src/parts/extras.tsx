@@ -44,14 +44,23 @@ export function Macros() {
   );
 }
 
-/** The last lines that were more than an answer. */
+interface Word { time: number; isBad: boolean; text: string }
+
+/** What the machine counts as a message, or else the last lines that were more than an answer. */
+function lastWords(): Word[] {
+  const messages = obj("velvet")?.messages ?? [];
+  if (messages.length) return messages.map((one) => ({ time: one.time, isBad: one.level === "error", text: one.text }));
+  return consoleLines.value.filter((line) => line.type === "response" && !/^ok\b/.test(line.message))
+    .map((line) => ({ time: line.time, isBad: line.message.startsWith("!!"), text: line.message.replace(/^(!!|\/\/) ?/, "") }));
+}
+
 export function LastWords() {
-  const said = consoleLines.value.filter((line) => line.type === "response" && !/^ok\b/.test(line.message)).slice(-5).reverse();
+  const said = lastWords().slice(-5).reverse();
   return (
     <Card title="Messages" aside={<a class="more" href="#/console">Console</a>}>
       {said.length === 0 && <Empty>Nothing has happened yet.</Empty>}
       <ul class="words">
-        {said.map((line, at) => <li key={`${line.time}${at}`} class={line.message.startsWith("!!") ? "wrong" : ""}><time>{clock(line.time)}</time><span>{line.message.replace(/^(!!|\/\/) ?/, "")}</span></li>)}
+        {said.map((one, at) => <li key={`${one.time}${at}`} class={one.isBad ? "wrong" : ""}><time>{clock(one.time)}</time><span>{one.text}</span></li>)}
       </ul>
     </Card>
   );

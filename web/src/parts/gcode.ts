@@ -4,6 +4,24 @@
 export interface Reader { read: (line: string) => void; take: () => number[][] }
 const ARC_STEP = 0.25;
 
+/** Points along an arc about the centre that I and J give, its end included. */
+function arc(at: number[], to: number[], offset: [number, number], clockwise: boolean, kind: number): number[][] {
+  const [x = 0, y = 0, z = 0] = at;
+  const [cx, cy] = [x + offset[0], y + offset[1]];
+  const radius = Math.hypot(x - cx, y - cy);
+  const from = Math.atan2(y - cy, x - cx);
+  let sweep = Math.atan2(to[1]! - cy, to[0]! - cx) - from;
+  if (clockwise && sweep >= -1e-9) sweep -= 2 * Math.PI;
+  if (!clockwise && sweep <= 1e-9) sweep += 2 * Math.PI;
+  const steps = Math.max(1, Math.ceil(Math.abs(sweep) / ARC_STEP));
+  const out: number[][] = [];
+  for (let step = 1; step < steps; step++) {
+    const angle = from + sweep * step / steps;
+    out.push([cx + radius * Math.cos(angle), cy + radius * Math.sin(angle), z + (to[2]! - z) * step / steps, kind]);
+  }
+  return [...out, [...to, kind]];
+}
+
 export function pathReader(isPrinter: boolean): Reader {
   const at = [0, 0, 0];
   let e = 0;
@@ -12,23 +30,6 @@ export function pathReader(isPrinter: boolean): Reader {
   let scale = 1;
   let motion = 0;
   let points: number[][] = [];
-
-  function arc(words: Map<string, number>, to: number[], clockwise: boolean, kind: number): void {
-    const [x = 0, y = 0, z = 0] = at;
-    const center = [x + (words.get("I") ?? 0) * scale, y + (words.get("J") ?? 0) * scale];
-    const [cx = 0, cy = 0] = center;
-    const radius = Math.hypot(x - cx, y - cy);
-    const from = Math.atan2(y - cy, x - cx);
-    let sweep = Math.atan2(to[1]! - cy, to[0]! - cx) - from;
-    if (clockwise && sweep >= -1e-9) sweep -= 2 * Math.PI;
-    if (!clockwise && sweep <= 1e-9) sweep += 2 * Math.PI;
-    const steps = Math.max(1, Math.ceil(Math.abs(sweep) / ARC_STEP));
-    for (let step = 1; step < steps; step++) {
-      const angle = from + sweep * step / steps;
-      points.push([cx + radius * Math.cos(angle), cy + radius * Math.sin(angle), z + (to[2]! - z) * step / steps, kind]);
-    }
-    points.push([...to, kind]);
-  }
 
   function move(words: Map<string, number>): void {
     const to = "XYZ".split("").map((word, axis) => {
@@ -39,7 +40,7 @@ export function pathReader(isPrinter: boolean): Reader {
     const pushes = wanted !== undefined && (isRelativeE ? wanted > 0 : wanted > e);
     if (wanted !== undefined && !isRelativeE) e = wanted;
     const kind = isPrinter ? Number(pushes) : Number(motion > 0);
-    if (motion > 1 && (words.has("I") || words.has("J"))) arc(words, to, motion === 2, kind);
+    if (motion > 1 && (words.has("I") || words.has("J"))) points.push(...arc(at, to, [(words.get("I") ?? 0) * scale, (words.get("J") ?? 0) * scale], motion === 2, kind));
     else if (to.some((value, axis) => value !== at[axis])) points.push([...to, kind]);
     to.forEach((value, axis) => { at[axis] = value; });
   }

@@ -4,7 +4,7 @@ import type { Metadata } from "../api/types";
 import { call } from "../api/link";
 import { Bar, Button, Dialog } from "../shell/parts";
 import { baseName, duration, num, plainName } from "../shell/format";
-import { isLive, isPlaying, isPrinter, obj } from "../state/machine";
+import { isLive, isPlaying, isPrinter, mode, obj } from "../state/machine";
 import { ask } from "../state/notices";
 import { go } from "../state/route";
 import { mayOperate } from "../state/session";
@@ -48,6 +48,7 @@ export function JobButtons() {
     const again = stats.filename && stats.state !== "standby";
     return (
       <div class="row">
+        {(mode.value === "Hold" || mode.value === "Door") && <Button icon="play" kind="main" disabled={!may} onPress={() => ask("printer.print.resume", {})}>Go on</Button>}
         {again && <Button icon="play" disabled={!may} onPress={() => ask("printer.print.start", { filename: stats.filename })}>Again</Button>}
         <Button icon="files" kind="main" onPress={() => go("files")}>Choose a file</Button>
       </div>
