@@ -2,6 +2,7 @@
 
 use base::snapshot::Snapshot;
 use heapless::String;
+use http::Role;
 use http::json::{Parser, Token};
 
 use crate::objects::{self, Objects};
@@ -43,6 +44,7 @@ pub enum Id {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     Identify,
+    AccessInfo,
     ServerInfo,
     PrinterInfo,
     ListObjects,
@@ -53,10 +55,22 @@ pub enum Method {
     Pause,
     Resume,
     Cancel,
+    /// Release from a halt.
+    Release,
+    Play,
+    Home,
+    JogStep,
+    Override,
 }
 
 /// All methods by their names.
-const METHODS: [(&str, Method); 11] = [
+const METHODS: [(&str, Method); 17] = [
+    ("access.info", Method::AccessInfo),
+    ("printer.firmware_restart", Method::Release),
+    ("printer.print.start", Method::Play),
+    ("velvet.home", Method::Home),
+    ("velvet.jog.step", Method::JogStep),
+    ("velvet.override.set", Method::Override),
     ("server.connection.identify", Method::Identify),
     ("server.info", Method::ServerInfo),
     ("printer.info", Method::PrinterInfo),
@@ -71,18 +85,51 @@ const METHODS: [(&str, Method); 11] = [
 ];
 
 impl Method {
+    /// Returns the least role that may call the method.
+    #[must_use]
+    pub const fn least_role(self) -> Role {
+        match self {
+            Self::Identify
+            | Self::AccessInfo
+            | Self::ServerInfo
+            | Self::PrinterInfo
+            | Self::ListObjects
+            | Self::QueryObjects
+            | Self::Subscribe
+            | Self::EmergencyStop => Role::Watch,
+            Self::Script
+            | Self::Pause
+            | Self::Resume
+            | Self::Cancel
+            | Self::Release
+            | Self::Play
+            | Self::Home
+            | Self::JogStep
+            | Self::Override => Role::Operate,
+        }
+    }
+
     fn named(name: &str) -> Option<Self> {
         METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method)
     }
 }
 
 /// A call that is whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Call {
     /// Method that is called.
     pub method: Method,
     /// Objects that it is about.
     pub objects: Objects,
+    numbers: [Option<f64>; QUANTITIES],
+}
+
+impl Call {
+    /// Returns a number of the call.
+    #[must_use]
+    pub fn number(&self, quantity: Quantity) -> Option<f64> {
+        self.numbers.get(quantity as usize).copied().flatten()
+    }
 }
 
 /// Member of a call that is being read.
@@ -101,7 +148,33 @@ enum Parameter {
     #[default]
     Other,
     Objects,
-    Script,
+    Text,
+    Number(Quantity),
+}
+
+/// Number among the parameters of a call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Distance, mm.
+    Mm,
+    /// Speed, mm per minute.
+    MmPerMin,
+    /// Share of feed rates; 1 is as programmed.
+    Feed,
+}
+
+/// Count of the quantities.
+const QUANTITIES: usize = 3;
+
+impl Quantity {
+    fn named(key: &str) -> Option<Self> {
+        match key {
+            "mm" => Some(Self::Mm),
+            "mm_per_min" => Some(Self::MmPerMin),
+            "feed" => Some(Self::Feed),
+            _ => None,
+        }
+    }
 }
 
 /// Reader of a call.
@@ -114,8 +187,10 @@ pub struct Reader {
     /// Id, once it was read.
     pub id: Option<Id>,
     objects: Objects,
-    /// Script of the call.
-    pub script: String<SCRIPT_BYTES>,
+    /// Text that the call is about: a script, the name of a file, axes.
+    pub text: String<SCRIPT_BYTES>,
+    /// Numbers of the call, by [`Quantity`].
+    numbers: [Option<f64>; QUANTITIES],
     /// Whether something was longer than there is room for, and whether the message is no JSON.
     is_too_long: bool,
     is_broken: bool,
@@ -138,7 +213,8 @@ impl Reader {
             method: String::new(),
             id: None,
             objects: 0,
-            script: String::new(),
+            text: String::new(),
+            numbers: [None; QUANTITIES],
             is_too_long: false,
             is_broken: false,
         }
@@ -146,7 +222,8 @@ impl Reader {
 
     /// Takes a piece of the message.
     pub fn read(&mut self, mut bytes: &[u8], of: &Snapshot) {
-        let Self { parser, member, parameter, method, id, objects, script, is_too_long, is_broken } = self;
+        let Self { parser, member, parameter, method, id, objects, text: about, numbers, is_too_long, is_broken } =
+            self;
         loop {
             let depth = parser.depth();
             let token = match parser.next(&mut bytes) {
@@ -174,12 +251,19 @@ impl Reader {
                 (2, Token::Key(key)) if *member == Member::Params => {
                     *parameter = match key {
                         "objects" => Parameter::Objects,
-                        "script" => Parameter::Script,
-                        _ => Parameter::Other,
+                        "script" | "filename" | "axes" | "axis" => Parameter::Text,
+                        key => Quantity::named(key).map_or(Parameter::Other, Parameter::Number),
                     };
                 }
-                (2, Token::Text(text, _)) if *member == Member::Params && *parameter == Parameter::Script => {
-                    *is_too_long |= script.push_str(text).is_err();
+                (2, Token::Text(text, _)) if *member == Member::Params && *parameter == Parameter::Text => {
+                    *is_too_long |= about.push_str(text).is_err();
+                }
+                (2, Token::Number(number)) if *member == Member::Params => {
+                    if let Parameter::Number(quantity) = *parameter
+                        && let Some(place) = numbers.get_mut(quantity as usize)
+                    {
+                        *place = Some(number.as_f64());
+                    }
                 }
                 (3, Token::Key(name)) if *member == Member::Params && *parameter == Parameter::Objects => {
                     *objects |= objects::named(name, of);
@@ -204,7 +288,7 @@ impl Reader {
             return Err((codes::INVALID, "the message names no method; batches are not taken"));
         }
         let method = Method::named(&self.method).ok_or((codes::METHOD, "there is no such method"))?;
-        Ok(Call { method, objects: self.objects })
+        Ok(Call { method, objects: self.objects, numbers: self.numbers })
     }
 }
 

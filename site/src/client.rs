@@ -11,6 +11,10 @@ use crate::reply::{Content, Reply};
 /// Answers that wait to be sent. While there is no place for another, nothing more is read.
 const REPLIES: usize = 4;
 
+/// States of the machine after which the visitor is told that it is there, if nothing else was told: a
+/// second.
+const SILENCE: u32 = 4;
+
 /// State of a visitor.
 #[derive(Debug)]
 pub struct Client {
@@ -25,6 +29,8 @@ pub struct Client {
     told: [u32; MAX_OBJECTS],
     /// Number of the state that was looked at last.
     looked: u32,
+    /// Number of the state with which something was told last.
+    spoken: u32,
     /// Place up to which the machine's words were passed on.
     pub heard: u32,
     /// State of the machine that was told last.
@@ -42,6 +48,7 @@ impl Client {
             subscribed: 0,
             told: [0; MAX_OBJECTS],
             looked: 0,
+            spoken: 0,
             heard,
             klippy_state,
         }
@@ -103,6 +110,13 @@ impl Client {
             self.heard = next;
             return Some(Reply::message(None, Content::Said(line)));
         }
-        self.changes(hashes, number)
+        let reply = self.changes(hashes, number);
+        // A page takes the machine for lost that says nothing for some seconds.
+        let is_silent = reply.is_none() && number.wrapping_sub(self.spoken) >= SILENCE;
+        let reply = reply.or_else(|| is_silent.then(|| Reply::message(None, Content::Beat)));
+        if reply.is_some() {
+            self.spoken = number;
+        }
+        reply
     }
 }

@@ -13,6 +13,7 @@ mod console;
 mod objects;
 mod reply;
 mod routes;
+mod script;
 mod site;
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use base::snapshot::Snapshot;
 use heapless::String;
 use http::json::{Next, Parts, Writer};
-use http::{Body, Made};
+use http::{Body, Made, Role};
 
 use crate::calls::Id;
 use crate::console::LINE_BYTES;
@@ -29,6 +29,8 @@ pub enum Content {
     Done,
     /// Number of the connection.
     Connection(u32),
+    /// Role of the visitor.
+    Access(Role),
     /// State of the server.
     Server,
     /// State of the machine, in short.
@@ -43,6 +45,8 @@ pub enum Content {
     Changed(Objects),
     /// Notification: the machine said a line.
     Said(String<LINE_BYTES>),
+    /// Notification that the board is there, where nothing else is to be told.
+    Beat,
     /// Notification without content, by its method.
     Notice(&'static str),
 }
@@ -140,6 +144,11 @@ impl Tells<'_> {
                 json.text(line);
             }
             Content::Notice(method) => begin_notification(method, json),
+            Content::Beat => {
+                begin_notification("notify_proc_stat_update", json);
+                json.begin_object();
+                json.end_object();
+            }
             Content::Error(code, message) => {
                 json.key("error");
                 json.begin_object();
@@ -165,11 +174,28 @@ impl Tells<'_> {
                 json.number(u64::from(*number));
                 json.end_object();
             }
+            Content::Access(role) => {
+                json.begin_object();
+                json.key("login_required");
+                json.bool(*role == Role::Nobody);
+                json.key("password_set");
+                json.bool(*role == Role::Nobody);
+                pair("role", role_name(*role), json);
+                pair("default_source", "velvet", json);
+                json.key("available_sources");
+                json.begin_array();
+                json.text("velvet");
+                json.end_array();
+                json.end_object();
+            }
             Content::Server => {
                 json.begin_object();
                 pair("klippy_state", objects::klippy_state(snapshot.state), json);
                 json.key("klippy_connected");
                 json.bool(true);
+                json.key("components");
+                json.begin_array();
+                json.end_array();
                 pair("moonraker_version", facts.version, json);
                 pair("api_version_string", "1.5.0", json);
                 json.end_object();
@@ -212,7 +238,7 @@ impl Tells<'_> {
                 json.fixed(self.now_ms as i64, 3);
                 json.end_array();
             }
-            Content::Said(_) | Content::Notice(_) => json.end_array(),
+            Content::Said(_) | Content::Notice(_) | Content::Beat => json.end_array(),
             _ => {}
         }
         match self.id {
@@ -232,6 +258,15 @@ impl Tells<'_> {
             None => {}
         }
         json.end_object();
+    }
+}
+
+const fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Nobody => "Nobody",
+        Role::Watch => "Watch",
+        Role::Operate => "Operate",
+        Role::Own => "Own",
     }
 }
 

@@ -7,12 +7,13 @@ use heapless::String;
 use http::{Connection, Event, Found, Known, Life, Request, Response, Role, Selection, Status};
 
 use crate::assets::{Asset, Counted};
-use crate::calls::{Call, Method, Reader, SCRIPT_BYTES, codes};
+use crate::calls::{Call, Id, Method, Reader, SCRIPT_BYTES, codes};
 use crate::client::Client;
 use crate::console::{Asker, Console};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::reply::{Content, Facts, Reply, ReplyBody};
 use crate::routes::{Handler, ROUTES};
+use crate::script;
 
 /// Visitors of WebSockets at a time.
 pub const CLIENTS: usize = 4;
@@ -312,31 +313,31 @@ impl<const N: usize> Site<N> {
         }
     }
 
-    /// Carries out a call.
+    /// Carries out a call. A call without an id is not answered (JSON-RPC 2.0 section 4.1).
     fn call(&mut self, place: u8, mut reader: Reader) {
         let read = reader.end();
-        let Reader { id, script, .. } = reader;
+        let Reader { id, text, .. } = reader;
+        let is_call = read.is_ok();
         let content = match read {
             Err((code, message)) => Some(Content::Error(code, message)),
-            Ok(call) => self.carry_out(place, call, id.as_ref(), &script),
+            Ok(call) => self.carry_out(place, &call, id.as_ref(), &text),
         };
         let client = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut());
-        if let (Some(client), Some(content)) = (client, content) {
+        if let (Some(client), Some(content)) = (client, content)
+            && (id.is_some() || !is_call)
+        {
             client.reply(Reply::message(id, content));
         }
     }
 
     /// Carries out a call; none: the answer comes when the machine is done.
-    fn carry_out(&mut self, place: u8, call: Call, id: Option<&crate::calls::Id>, script: &str) -> Option<Content> {
-        let least = match call.method {
-            Method::Script | Method::Pause | Method::Resume | Method::Cancel => Role::Operate,
-            _ => Role::Watch,
-        };
-        if self.role < least {
+    fn carry_out(&mut self, place: u8, call: &Call, id: Option<&Id>, text: &str) -> Option<Content> {
+        if self.role < call.method.least_role() {
             return Some(Content::Error(codes::FORBIDDEN, "this is for who may operate the machine"));
         }
-        let line = match call.method {
+        let script = match call.method {
             Method::Identify => return Some(Content::Connection(u32::from(place))),
+            Method::AccessInfo => return Some(Content::Access(self.role)),
             Method::ServerInfo => return Some(Content::Server),
             Method::PrinterInfo => return Some(Content::Printer),
             Method::ListObjects => return Some(Content::Names),
@@ -351,19 +352,14 @@ impl<const N: usize> Site<N> {
                 self.console.drop_waiting();
                 return Some(Content::Done);
             }
-            Method::Script => script,
-            Method::Pause => "M25",
-            Method::Resume => "M24",
-            Method::Cancel => "abort",
+            _ => script::of(call, text),
         };
-        if line.bytes().any(|byte| byte < b' ' && byte != b'\n' && byte != b'\r' && byte != b'\t') {
-            return Some(Content::Error(codes::PARAMETERS, "a script has no control characters"));
-        }
-        if line.trim().is_empty() {
-            return Some(Content::Error(codes::PARAMETERS, "the script is empty"));
-        }
+        let script = match script {
+            Ok(script) => script,
+            Err(message) => return Some(Content::Error(codes::PARAMETERS, message)),
+        };
         let visit = self.seats.get(usize::from(place)).map_or(0, |seat| seat.visit);
-        let has_room = self.console.take(Asker { place, visit }, id.cloned(), line);
+        let has_room = self.console.take(Asker { place, visit }, id.cloned(), &script);
         (!has_room).then_some(Content::Error(codes::BUSY, "the machine has lines enough: wait for their answers"))
     }
 
