@@ -317,14 +317,14 @@ impl<const N: usize> Site<N> {
     fn call(&mut self, place: u8, mut reader: Reader) {
         let read = reader.end();
         let Reader { id, text, .. } = reader;
-        let is_call = read.is_ok();
+        let is_notification = id.is_none() && !matches!(read, Err((codes::PARSE | codes::INVALID, _)));
         let content = match read {
             Err((code, message)) => Some(Content::Error(code, message)),
             Ok(call) => self.carry_out(place, &call, id.as_ref(), &text),
         };
         let client = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut());
         if let (Some(client), Some(content)) = (client, content)
-            && (id.is_some() || !is_call)
+            && !is_notification
         {
             client.reply(Reply::message(id, content));
         }

@@ -324,3 +324,37 @@ fn a_connection_that_says_nothing_ends() {
     desk.site.life(0, desk.now);
     assert!(desk.hear(0).starts_with(b"HTTP/1.1 408 "));
 }
+
+#[test]
+fn a_page_hears_once_a_second_that_the_board_is_there() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.upgrade(0);
+    let beats: Vec<usize> = (0..12).map(|_| desk.show(0, &snapshot()).len()).collect();
+    assert_eq!(beats.iter().sum::<usize>(), 3, "{beats:?}");
+    let told = (0..4).flat_map(|_| desk.show(0, &snapshot())).next();
+    assert_eq!(told.as_deref(), Some(r#"{"jsonrpc":"2.0","method":"notify_proc_stat_update","params":[{}]}"#));
+}
+
+#[test]
+fn a_call_without_an_id_is_not_answered() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    assert_eq!(desk.call(0, r#"{"method":"server.info"}"#), Vec::<String>::new());
+    assert_eq!(desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"M105"}}"#), Vec::<String>::new());
+    assert_eq!(desk.site.next_line().as_deref(), Some("M105\n"), "it is carried out all the same");
+    assert_eq!(desk.call(0, r#"{"method":"no.such"}"#).len(), 0);
+    assert_eq!(desk.call(0, "{").len(), 1, "no JSON: nobody knows whether there was an id");
+}
+
+#[test]
+fn visitors_are_told_what_they_may() {
+    for (role, name) in [(Role::Watch, "Watch"), (Role::Operate, "Operate"), (Role::Own, "Own")] {
+        let mut desk = Desk::new(role);
+        desk.upgrade(0);
+        let answer = desk.call(0, r#"{"method":"access.info","id":1}"#);
+        assert!(
+            answer[0].contains(&format!(r#""login_required":false,"password_set":false,"role":"{name}""#)),
+            "{answer:?}"
+        );
+    }
+}
