@@ -4,6 +4,7 @@ mod addresses;
 mod cables;
 mod consoles;
 mod motion;
+mod page;
 mod storms;
 
 use virtual_prime::net_desk::peer::{Connection, Peer};

@@ -1,0 +1,89 @@
+//! The page and its API on the real image: HTTP and a WebSocket over the cable.
+
+use super::{Net, plan};
+use crate::common::velvet::SECOND;
+use virtual_prime::net_desk::peer::Connection;
+
+const OPEN: &str = "[network] password_required = false";
+const PAGE: &str = "[network] webserver_enable = true";
+const PORT: u16 = 80;
+
+/// Asks for a path. Returns the answer's head and body as text, with what is no text replaced.
+fn get(net: &mut Net, path: &str) -> String {
+    let visitor = net.connect(PORT);
+    net.send(visitor, format!("GET {path} HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: close\r\n\r\n").as_bytes());
+    let (mut heard, end) = (Vec::new(), net.velvet.now_ms() + 10 * SECOND);
+    while !net.peer.is_over(visitor) && net.velvet.now_ms() < end {
+        net.run(2);
+        heard.extend(net.peer.receive(visitor));
+        if net.peer.has_ended(visitor) {
+            net.peer.close(visitor);
+        }
+    }
+    String::from_utf8_lossy(&heard).into_owned()
+}
+
+/// Opens a WebSocket.
+fn socket(net: &mut Net) -> Connection {
+    let visitor = net.connect(PORT);
+    let request = "GET /websocket HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+                   Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+    net.send(visitor, request.as_bytes());
+    // The value for this key is that of RFC 6455 section 1.3.
+    net.expect(visitor, "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n", 2 * SECOND);
+    visitor
+}
+
+/// Sends a call as a frame with a mask of zeros.
+fn call(net: &mut Net, visitor: Connection, method: &str, parameters: &str, id: u32) {
+    let text = format!(r#"{{"jsonrpc":"2.0","method":"{method}","params":{{{parameters}}},"id":{id}}}"#);
+    let mut frame = vec![0x81, 0x80 | 126];
+    frame.extend((text.len() as u16).to_be_bytes());
+    frame.extend([0; 4]);
+    frame.extend(text.bytes());
+    net.send(visitor, &frame);
+}
+
+#[test]
+fn a_browser_gets_the_page_and_sees_the_machine_move() {
+    let mut net = Net::with_address(plan(&[OPEN, PAGE]));
+    let index = get(&mut net, "/");
+    assert!(index.starts_with("HTTP/1.1 200 OK\r\n") && index.contains("Content-Encoding: gzip"), "{index}");
+    assert!(get(&mut net, "/printer/objects/query?velvet").contains(r#""mode":"Idle""#));
+    assert!(net.ask("net").contains("Page: port 80, "));
+    net.ask("G28.3 X10 Y10 Z10");
+    let visitor = socket(&mut net);
+    call(&mut net, visitor, "printer.objects.subscribe", r#""objects":{"motion_report":null}"#, 1);
+    net.expect(visitor, r#""live_position":[10,10,10"#, 2 * SECOND);
+    call(&mut net, visitor, "printer.gcode.script", r#""script":"G1 X20 F600\nM400""#, 2);
+    let told = net.expect(visitor, r#""result":"ok","id":2"#, 5 * SECOND);
+    assert!(told.matches("notify_status_update").count() >= 3, "it moves for a second: {told}");
+    net.expect(visitor, r#""live_position":[20,10,10"#, 2 * SECOND);
+    call(&mut net, visitor, "printer.gcode.script", r#""script":"M104 S999""#, 3);
+    net.expect(visitor, "above its max_temp", 2 * SECOND);
+}
+
+#[test]
+fn a_page_stops_the_machine_at_once() {
+    let mut net = Net::with_address(plan(&[OPEN, PAGE]));
+    net.ask("G28.3 X10 Y10 Z10");
+    let visitor = socket(&mut net);
+    call(&mut net, visitor, "printer.gcode.script", r#""script":"M104 S50\nG1 X200 F600\nM400""#, 1);
+    net.run(SECOND);
+    call(&mut net, visitor, "printer.emergency_stop", "", 2);
+    net.hear_until("Emergency stop", SECOND);
+    // The line that was in work is not done, and its caller is told so.
+    net.expect(visitor, r#""error":{"code":400"#, 2 * SECOND);
+    assert!(get(&mut net, "/printer/objects/query?webhooks&extruder").contains(r#""state":"shutdown""#));
+    call(&mut net, visitor, "printer.firmware_restart", "", 3);
+    net.expect(visitor, r#""result":"ok","id":3"#, 5 * SECOND);
+}
+
+#[test]
+fn with_a_password_nobody_sees_more_than_the_page() {
+    let mut net = Net::with_address(plan(&[PAGE]));
+    assert!(get(&mut net, "/").starts_with("HTTP/1.1 200 "));
+    for path in ["/printer/info", "/printer/objects/query?toolhead", "/websocket"] {
+        assert!(get(&mut net, path).starts_with("HTTP/1.1 401 "), "{path}");
+    }
+}
