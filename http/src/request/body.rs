@@ -84,10 +84,10 @@ impl BodyDecoder {
         self.fits()
     }
 
-    /// Returns whether what is announced is allowed.
+    /// Returns whether what is announced is allowed. Chunks announce nothing before their sizes are whole.
     #[must_use]
     pub const fn fits(&self) -> bool {
-        self.left <= self.allowed
+        self.is_chunked || self.left <= self.allowed
     }
 
     /// Takes the next piece of the body: framing, then bytes of the body up to the next framing.

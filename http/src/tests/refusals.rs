@@ -177,6 +177,8 @@ fn chunks_that_are_none_are_refused() {
         (400, "5\r\nhello\r\r"),
         (400, "5\r\nhello\n0\r\n\r\n"),
         (400, "000000005\r\n"),
+        // More than is allowed, if it were a size.
+        (400, "63731\x1e"),
         (400, "0\r\nA: b\n"),
         (400, "0\r\n A: b\r\n"),
         (400, "0\r\nA\0: b\r\n"),
