@@ -8,7 +8,7 @@ use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 
 use fuzz::dice::Dice;
-use fuzz::{TARGETS, Target, grammar, mutation};
+use fuzz::{TARGETS, Target};
 
 fn target(name: &str) -> &'static Target {
     TARGETS.iter().find(|target| target.name == name).unwrap_or_else(|| panic!("no target {name}"))
@@ -30,7 +30,7 @@ fn run(target: &Target, what: &str, input: &[u8]) {
 
 fn replay(name: &str) {
     let files = files(name);
-    assert!(files.len() >= 40, "the corpus of {name} is gone");
+    assert!(files.len() >= 30, "the corpus of {name} is gone");
     for file in files {
         let input = fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         run(target(name), &file.display().to_string(), &input);
@@ -43,13 +43,10 @@ fn generated(name: &str, seed: u64, count: usize) {
     let mut dice = Dice::new(seed);
     let files = files(name);
     for number in 0..count {
-        let mut input = if dice.once_in(2) {
-            grammar::input(&mut dice, target.directions, target.lines)
-        } else {
-            fs::read(dice.pick(&files)).unwrap_or_default()
-        };
+        let mut input =
+            if dice.once_in(2) { target.input(&mut dice) } else { fs::read(dice.pick(&files)).unwrap_or_default() };
         for _ in 0..dice.below(6) {
-            mutation::mutate(&mut input, &mut dice, target.directions, 2_048);
+            target.mutate(&mut input, &mut dice, 2_048);
         }
         run(target, &format!("input {number} of seed {seed}"), &input);
     }
@@ -68,6 +65,21 @@ fn corpus_of_the_program() {
 #[test]
 fn corpus_of_the_console() {
     replay("console");
+}
+
+#[test]
+fn corpus_of_the_web_server() {
+    for name in ["http", "websocket", "form", "json"] {
+        replay(name);
+    }
+}
+
+#[test]
+fn generated_for_the_web_server() {
+    generated("http", 4, 6_000);
+    generated("websocket", 5, 6_000);
+    generated("form", 6, 10_000);
+    generated("json", 7, 10_000);
 }
 
 #[test]

@@ -1,9 +1,9 @@
-//! The mutator that the three engines share: half of the mutations know lines, codes and numbers, the other
+//! The mutator that the engines share: half of the mutations know the language of the inputs, the other
 //! half bytes.
 #![forbid(unsafe_code)]
 
+use fuzz::Target;
 use fuzz::dice::Dice;
-use fuzz::{Target, mutation};
 
 /// Changes `data`, which holds `size` bytes of an input and has room for `most`; returns the new size.
 pub fn mutate(target: &Target, data: &mut [u8], size: usize, most: usize, seed: u32) -> usize {
@@ -13,7 +13,7 @@ pub fn mutate(target: &Target, data: &mut [u8], size: usize, most: usize, seed: 
     }
     let mut input = data.get(..size).unwrap_or_default().to_vec();
     for _ in 0..=dice.below(3) {
-        mutation::mutate(&mut input, &mut dice, target.directions, most.min(data.len()));
+        target.mutate(&mut input, &mut dice, most.min(data.len()));
     }
     let (place, _) = data.split_at_mut(input.len());
     place.copy_from_slice(&input);
