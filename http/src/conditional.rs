@@ -134,6 +134,7 @@ mod tests {
             ("bytes=10000-", Selection::Unsatisfiable),
             ("bytes=10000-10001", Selection::Unsatisfiable),
             ("bytes=-0", Selection::Unsatisfiable),
+            ("bytes=0-9999999999999999999", part_of(0, 9_999)),
         ] {
             assert_eq!(select("GET", &format!("Range: {range}\r\n"), 10_000), selection, "{range}");
             assert_eq!(select("HEAD", &format!("Range: {range}\r\n"), 10_000), Selection::Whole, "{range}");

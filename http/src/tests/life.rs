@@ -120,6 +120,10 @@ fn a_peer_that_waits_is_told_to_go_on() {
     assert_eq!(desk.text(), "HTTP/1.1 100 Continue\r\n\r\n");
     desk.feed(b"ab", 1);
     assert_eq!((desk.heard.len(), desk.status()), (3, 200));
+    let silent = String::from_utf8_lossy(head).replace("Expect: 100-continue\r\n", "");
+    assert_eq!(serve(silent.as_bytes(), 99, 99).text(), "", "nobody asked");
+    let old = String::from_utf8_lossy(head).replace("HTTP/1.1", "HTTP/1.0");
+    assert_eq!(serve(old.as_bytes(), 99, 99).text(), "", "HTTP/1.0 has no such answer");
     let eager = serve(&[head.as_slice(), b"ab"].concat(), 999, 99);
     assert!(eager.text().starts_with("HTTP/1.1 200 OK"));
     let early = String::from_utf8_lossy(head).replace(" / ", " /early ");
