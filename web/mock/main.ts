@@ -8,6 +8,7 @@ import { WebSocketServer, type WebSocket } from "ws";
 import type { AccessInfo, PasswordStep, Role } from "../src/api/types";
 import { Api, type Client, Failure } from "./api";
 import { Card } from "./files";
+import { run } from "./gcode";
 import { Machine } from "./machine";
 
 export interface Wanted { web: string; port: number; kind: "printer" | "mill"; entry: "open" | "login" | "watch" | "first"; speed: number }
@@ -155,6 +156,7 @@ export async function serve(wanted: Wanted): Promise<Board> {
     const url = decodeURIComponent((request.url ?? "/").split("?")[0]!);
     const allowed = doors.role(request.headers.cookie) !== "Nobody";
     if (request.method === "POST" && url.startsWith("/access/")) void enter(doors, request, response);
+    else if (request.method === "POST" && url === "/printer/emergency_stop") json(response, allowed ? 200 : 401, { result: allowed ? run(machine, "M112") : "" });
     else if (url.startsWith("/server/files/") && !allowed) json(response, 401, { error: { code: 401, message: "Log in first." } });
     else if (request.method === "POST" && url === "/server/files/upload") void upload(api, request, response);
     else if (url.startsWith("/server/files/gcodes/")) download(api, url.slice(21), request, response);

@@ -266,8 +266,10 @@ page("says that values are old, and comes back by itself", {}, async (on, { url,
   for (const one of sockets) void one.close();
   await second.getByText("No connection to the machine.").waitFor();
   await second.getByText(/Everything below is .* old/).waitFor();
+  await second.keyboard.press("Control+.");
+  await second.getByText("The machine was told to halt.").waitFor();
   isCut = false;
-  await second.locator(".pill", { hasText: "Ready" }).waitFor();
+  await second.locator(".pill", { hasText: "Halted" }).waitFor();
 });
 
 page("asks for a password, and lets in with it", { entry: "login" }, async (on) => {

@@ -14,8 +14,8 @@ if (process.argv[2] === "shots") {
   const { pictures } = await import(await bundle("tests/docs-shots.ts", "pictures"));
   await pictures(process.argv[3] ?? "/tmp/shots", process.argv[4] ?? "");
 } else {
-  const file = await bundle("tests/page.test.ts", "page.test");
+  const files = [await bundle("tests/unit.test.ts", "unit.test"), await bundle("tests/page.test.ts", "page.test")];
   const more = process.argv.slice(2).map((name) => `--test-name-pattern=${name}`);
-  const done = spawnSync(process.execPath, ["--test", "--test-reporter=spec", ...more, file], { stdio: "inherit", cwd: WEB });
+  const done = spawnSync(process.execPath, ["--test", "--test-reporter=spec", "--test-concurrency=1", ...more, ...files], { stdio: "inherit", cwd: WEB });
   process.exit(done.status ?? 1);
 }

@@ -11,27 +11,44 @@ import { ask, say } from "../state/notices";
 import { isOwner, mayOperate } from "../state/session";
 import { thumbnailUrl } from "../parts/job";
 import { Preview } from "../parts/preview";
-import { cancelUpload, clearUploads, putFiles, uploads } from "../parts/upload";
+import { cancelUpload, clearUploads, openedFile, putFiles, uploads } from "../parts/upload";
 
 const isJob = (name: string) => /\.(gcode|gco|g|ngc|nc|tap)$/i.test(name);
 /** Pictures and figures of files, kept while the page is open. */
 const known = new Map<string, Metadata>();
 
+/** One question at a time: the board reads a file's head and tail for each, and has other things to do. */
+let lastQuestion: Promise<unknown> = Promise.resolve();
+function metadataOf(path: string, isWanted: () => boolean): Promise<Metadata | undefined> {
+  const mine = lastQuestion.then(() => (isWanted() ? call("server.files.metadata", { filename: path }) : undefined)).catch(() => undefined);
+  lastQuestion = mine;
+  return mine;
+}
+
+/** What is known of a file, asked for when its card comes into sight. */
 function useMeta(path: string, modified: number) {
+  const at = useRef<HTMLLIElement>(null);
   const meta = useSignal<Metadata | undefined>(known.get(`${path}@${modified}`));
   useEffect(() => {
-    if (meta.peek() || !isJob(path)) return;
-    void call("server.files.metadata", { filename: path }).then((found) => { known.set(`${path}@${modified}`, found); meta.value = found; }).catch(() => undefined);
+    if (meta.peek() || !isJob(path)) return undefined;
+    let isThere = true;
+    const watcher = new IntersectionObserver((seen) => {
+      if (!seen.some((one) => one.isIntersecting)) return;
+      watcher.disconnect();
+      void metadataOf(path, () => isThere).then((found) => { if (found) { known.set(`${path}@${modified}`, found); meta.value = found; } });
+    }, { rootMargin: "200px" });
+    if (at.current) watcher.observe(at.current);
+    return () => { isThere = false; watcher.disconnect(); };
   }, [path, modified]);
-  return meta.value;
+  return { at, meta: meta.value };
 }
 
 function FileCard({ path, entry, onOpen }: { path: string; entry: FileEntry; onOpen: (path: string) => void }) {
-  const meta = useMeta(path, entry.modified);
+  const { at, meta } = useMeta(path, entry.modified);
   const picture = meta && thumbnailUrl(meta, 180);
   const facts = [meta?.estimated_time && duration(meta.estimated_time), meta?.filament_total && `${num(meta.filament_total / 1000, 1)} m`, bytes(entry.size)].filter(Boolean);
   return (
-    <li>
+    <li ref={at}>
       <button type="button" class="filecard" onClick={() => onOpen(path)}>
         <span class="picture">{picture ? <img src={picture} alt="" loading="lazy" /> : <Icon name={isJob(path) ? "job" : "files"} />}</span>
         <b>{entry.filename}</b>
@@ -152,7 +169,6 @@ const SORTS = { modified: "Newest", filename: "Name", size: "Size" } as const;
 export function FilesView() {
   const folder = useSignal("");
   const listing = useSignal<Directory | null>(null);
-  const opened = useSignal<string | null>(null);
   const looked = useSignal("");
   const sort = useSignal<keyof typeof SORTS>("modified");
   const over = useSignal(false);
@@ -191,9 +207,9 @@ export function FilesView() {
       <ul class="filegrid">
         {dirs.map((one) => <li key={one.dirname}><button type="button" class="filecard folder" onClick={() => enter(inside(one.dirname))}><Icon name="files" /><b>{one.dirname}</b></button></li>)}
       </ul>
-      <ul class="filegrid">{files.map((one) => <FileCard key={`${inside(one.filename)}@${one.modified}`} path={inside(one.filename)} entry={one} onOpen={(path) => { opened.value = path; }} />)}</ul>
+      <ul class="filegrid">{files.map((one) => <FileCard key={`${inside(one.filename)}@${one.modified}`} path={inside(one.filename)} entry={one} onOpen={(path) => { openedFile.value = path; }} />)}</ul>
       {disk && <p class="note">{bytes(disk.free)} of {bytes(disk.total)} are free.</p>}
-      {opened.value && <FileDialog path={opened.value} onClose={() => { opened.value = null; }} />}
+      {openedFile.value && <FileDialog key={openedFile.value} path={openedFile.value} onClose={() => { openedFile.value = null; }} />}
       {newFolder.value && <NewFolder path={inside} onClose={() => { newFolder.value = false; }} />}
     </section>
   );

@@ -1,9 +1,12 @@
 // Uploads, one after another, with what has gone and how fast. XMLHttpRequest, as fetch does not tell of progress.
 import { signal } from "@preact/signals";
 import { say } from "../state/notices";
+import { go } from "../state/route";
 
 export interface Upload { id: number; name: string; size: number; sent: number; rate: number; state: "going" | "done" | "failed"; reason: string }
 export const uploads = signal<Upload[]>([]);
+/** The file whose window is open. */
+export const openedFile = signal<string | null>(null);
 const queue: { id: number; file: File; folder: string }[] = [];
 const requests = new Map<number, XMLHttpRequest>();
 let lastId = 0;
@@ -37,7 +40,7 @@ function next(): void {
   request.onloadend = () => {
     requests.delete(one.id);
     isBusy = false;
-    if (request.status === 201 || request.status === 200) { change(one.id, { state: "done", sent: one.file.size }); say("done", `${one.file.name} is on the card.`); }
+    if (request.status === 201 || request.status === 200) { change(one.id, { state: "done", sent: one.file.size }); say("done", `${one.file.name} is on the card.`, { label: "Look", act: () => { openedFile.value = one.folder ? `${one.folder}/${one.file.name}` : one.file.name; go("files"); } }); }
     else change(one.id, { state: "failed", reason: reasonOf(request) });
     next();
   };

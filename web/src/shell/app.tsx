@@ -35,14 +35,19 @@ async function loadViews(): Promise<void> {
   }
 }
 
-effect(() => { document.documentElement.dataset.mode = isReady.value ? mode.value : "Sleep"; });
+effect(() => { document.documentElement.dataset.mode = !isReady.value ? "Idle" : isLive.value ? mode.value : "Sleep"; });
 effect(() => {
   const progress = obj("print_stats")?.state === "printing" ? `${Math.round((obj("virtual_sdcard")?.progress ?? 0) * 100)} % · ` : "";
   document.title = `${progress}${isReady.value ? `${mode.value} · ` : ""}${hostname.value}`;
 });
 
-export function emergencyStop(): void {
-  void ask("printer.emergency_stop", {}).then((answer) => { if (answer) say("info", "The machine was told to halt."); });
+/** By the socket, and by a request of its own where that is gone: whatever still reaches the machine. */
+export async function emergencyStop(): Promise<void> {
+  const isOpen = linkState.peek() === "open";
+  const byRequest = () => fetch("/printer/emergency_stop", { method: "POST" }).then((answer) => answer.ok, () => false);
+  const done = isOpen ? Boolean(await ask("printer.emergency_stop", {})) || await byRequest() : await byRequest();
+  if (done) say("info", "The machine was told to halt.");
+  else say("error", "The machine cannot be reached: use the switch at the machine.");
 }
 
 function places(): [View, IconName, string][] {
@@ -89,7 +94,7 @@ function Header() {
         <span class="wide-only"><Button icon="keys" kind="plain" label="Keys" onPress={() => { showKeys.value = true; }} /></span>
         <Button icon="theme" kind="plain" label={`Colours: ${theme.value}. Change`} onPress={() => { theme.value = THEMES[theme.value]; }} />
         {role.value === "Watch" && access.value?.password_set && <Button icon="user" kind="soft" label="Log in" onPress={() => { wantsLogin.value = true; }} />}
-        <button type="button" class="halt" onClick={emergencyStop} aria-label="Halt the machine at once" title="Halt the machine at once (Ctrl + .)">
+        <button type="button" class="halt" onClick={() => void emergencyStop()} aria-label="Halt the machine at once" title="Halt the machine at once (Ctrl + .)">
           <Icon name="stop" /><span>Halt</span>
         </button>
       </div>
@@ -150,7 +155,7 @@ function KeysDialog() {
 }
 
 function onKey(event: KeyboardEvent): void {
-  if (event.ctrlKey && event.key === ".") { event.preventDefault(); emergencyStop(); return; }
+  if (event.ctrlKey && event.key === ".") { event.preventDefault(); void emergencyStop(); return; }
   const takesText = (event.target as HTMLElement).matches("textarea, select, input:not([type=radio], [type=checkbox])");
   if (event.ctrlKey || event.altKey || event.metaKey || takesText || document.querySelector("dialog[open]")) return;
   const place = places()[Number(event.key) - 1];

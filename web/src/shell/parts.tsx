@@ -99,7 +99,7 @@ export function NumberField(props: {
     typed.value = null;
   };
   return (
-    <span class="field">
+    <span class={`field ${!props.unit ? "bare" : props.unit.length > 2 ? "long" : ""}`}>
       <input
         type="text" inputMode="decimal" aria-label={props.label} value={shown} disabled={props.disabled}
         onFocus={(event) => event.currentTarget.select()}
