@@ -2,8 +2,8 @@
 &[
     ("/index.html", "text/html; charset=utf-8", include_bytes!("index.html.gz")),
     ("/style-4486b210e4.css", "text/css; charset=utf-8", include_bytes!("style-4486b210e4.css.gz")),
-    ("/shell-6338aadd66.js", "text/javascript; charset=utf-8", include_bytes!("shell-6338aadd66.js.gz")),
-    ("/more-5ab5d50961.js", "text/javascript; charset=utf-8", include_bytes!("more-5ab5d50961.js.gz")),
-    ("/views-5e56e5665f.css", "text/css; charset=utf-8", include_bytes!("views-5e56e5665f.css.gz")),
+    ("/shell-f0aeb00519.js", "text/javascript; charset=utf-8", include_bytes!("shell-f0aeb00519.js.gz")),
+    ("/more-a1f19bb040.js", "text/javascript; charset=utf-8", include_bytes!("more-a1f19bb040.js.gz")),
+    ("/views-2548e73e9d.css", "text/css; charset=utf-8", include_bytes!("views-2548e73e9d.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
 ]

@@ -27,7 +27,11 @@ export class Api {
   private readonly store = new Map<string, { temperatures: number[]; targets: number[]; powers: number[] }>();
   private update: UpdateState;
 
-  constructor(machine: Machine, card: Card, web: string) {
+  /** A bare board has the printer's methods and objects, and nothing else: what a page has to bear with. */
+  private readonly isBare: boolean;
+
+  constructor(machine: Machine, card: Card, web: string, isBare: boolean) {
+    this.isBare = isBare;
     this.machine = machine;
     this.card = card;
     this.settings = readSettings(web);
@@ -84,7 +88,8 @@ export class Api {
   async answer(method: string, params: unknown, client: Client): Promise<unknown> {
     const role = ROLES[method as Method];
     const handler = this.handlers[method as Method] as ((params: unknown, client: Client) => unknown) | undefined;
-    if (!role || !handler) throw new Failure(-32601, `Method not found: ${method}`);
+    const isMissing = this.isBare && /^(velvet|server\.(history|temperature|gcode|files\.metadata)|printer\.gcode\.help)/.test(method);
+    if (!role || !handler || isMissing) throw new Failure(-32601, `Method not found: ${method}`);
     if (ORDER.indexOf(client.role) < ORDER.indexOf(role)) throw new Failure(401, client.role === "Nobody" ? "Log in first." : "That is for who has logged in.");
     return await handler(params ?? {}, client);
   }
@@ -166,7 +171,7 @@ export class Api {
     "server.connection.identify": () => ({ connection_id: 1 }),
     "server.info": () => ({ klippy_connected: true, klippy_state: this.machine.world.webhooks.state, components: ["file_manager", "history", "authorization"], moonraker_version: "v0.10.0-0-velvet" }),
     "printer.info": () => ({ state: this.machine.world.webhooks.state, state_message: "", hostname: this.machine.isMill ? "velvet-mill" : "velvet", software_version: "velvet-0.9.2", app: "Velvet" }),
-    "printer.objects.list": () => ({ objects: Object.keys(this.machine.world) }),
+    "printer.objects.list": () => ({ objects: Object.keys(this.machine.world).filter((name) => !this.isBare || !/^(velvet|bed_mesh|motion_report|fan|temperature_sensor.*|display_status)$/.test(name)) }),
     "printer.objects.query": ({ objects }) => ({ eventtime: this.now(), status: this.pick(objects) }),
     "printer.objects.subscribe": ({ objects }, client) => {
       client.watches = new Set(Object.keys(objects));

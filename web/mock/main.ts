@@ -11,7 +11,7 @@ import { Card } from "./files";
 import { run } from "./gcode";
 import { Machine } from "./machine";
 
-export interface Wanted { web: string; port: number; kind: "printer" | "mill"; entry: "open" | "login" | "watch" | "first"; speed: number }
+export interface Wanted { web: string; port: number; kind: "printer" | "mill"; entry: "open" | "login" | "watch" | "first"; speed: number; bare?: boolean }
 export interface Board { port: number; machine: Machine; code: () => string; close: () => Promise<void> }
 
 const KINDS: Record<string, string> = { html: "text/html; charset=utf-8", js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", svg: "image/svg+xml", png: "image/png" };
@@ -146,7 +146,7 @@ function changes(api: Api, client: Client): Record<string, object> {
 export async function serve(wanted: Wanted): Promise<Board> {
   const card = new Card(wanted.kind);
   const machine = new Machine(card, wanted.kind, wanted.speed);
-  const api = new Api(machine, card, wanted.web);
+  const api = new Api(machine, card, wanted.web, wanted.bare ?? false);
   const doors = new Doors(wanted.entry);
   const clients = new Map<WebSocket, Client>();
   const send = (socket: WebSocket, method: string, params: unknown[]) => socket.send(JSON.stringify({ jsonrpc: "2.0", method, params }));

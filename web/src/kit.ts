@@ -2,7 +2,7 @@
 export * from "preact";
 export * from "preact/hooks";
 export { Fragment, jsx, jsxs } from "preact/jsx-runtime";
-export { batch, computed, effect, signal, untracked, useComputed, useSignal, useSignalEffect } from "@preact/signals";
+export { computed, effect, signal, useSignal, useSignalEffect } from "@preact/signals";
 export * from "./api/link";
 export * from "./api/types";
 export * from "./state/history";

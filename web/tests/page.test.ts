@@ -152,7 +152,8 @@ page("uploads, renames, downloads and removes files", {}, async (on) => {
   await on.getByLabel("New name").fill("renamed.gcode");
   await on.getByLabel("New name").press("Enter");
   await on.locator(".filecard", { hasText: "renamed.gcode" }).click();
-  await on.getByRole("button", { name: "Remove" }).click();
+  await on.getByRole("button", { name: "Remove", exact: true }).click();
+  await on.getByRole("button", { name: "Remove for good" }).click();
   await on.locator(".filecard", { hasText: "renamed.gcode" }).waitFor({ state: "detached" });
 });
 
@@ -168,6 +169,10 @@ page("takes files that are dropped, and shows thumbnails", {}, async (on) => {
   await on.locator(".filecard", { hasText: "dropped.gcode" }).waitFor();
   await on.getByRole("button", { name: "parts", exact: true }).click();
   await on.getByText("bracket-left.gcode").waitFor();
+  await on.getByRole("button", { name: "Remove folder" }).click();
+  await on.getByRole("button", { name: "Remove folder for good" }).click();
+  await on.locator(".filecard", { hasText: "dropped.gcode" }).waitFor();
+  await on.getByRole("button", { name: "parts", exact: true }).waitFor({ state: "detached" });
 });
 
 page("has a console with answers, history and completion", {}, async (on) => {
@@ -215,7 +220,7 @@ page("finds, checks, stores and undoes settings", {}, async (on) => {
   await on.getByLabel("Find a setting").fill("hotend max_temp");
   const field = on.getByLabel("temperature control, hotend.max_temp");
   await field.fill("9000");
-  await on.getByText(/is not within/).waitFor();
+  await on.locator(".setting .wrong", { hasText: "is not within" }).waitFor();
   assert.ok(await on.getByRole("button", { name: "Store" }).isDisabled());
   await field.fill("280");
   await on.getByRole("button", { name: "Store" }).click();
@@ -270,6 +275,21 @@ page("says that values are old, and comes back by itself", {}, async (on, { url,
   await second.getByText("The machine was told to halt.").waitFor();
   isCut = false;
   await second.locator(".pill", { hasText: "Halted" }).waitFor();
+});
+
+page("bears with a board that lacks half of it", { bare: true, speed: 8 }, async (on) => {
+  await ready(on);
+  await start(on, /ribbon-vase/);
+  await until("positions make a path", async () => Number(await on.locator(".stage canvas").getAttribute("data-points")) > 3);
+  for (const view of ["Machine", "Job", "Files", "Bed", "Console", "Settings", "System", "Machine"]) {
+    await visit(on, view);
+    await on.getByRole("heading", { name: view, exact: true, level: 1 }).waitFor();
+    await on.waitForTimeout(200);
+  }
+  await on.getByLabel("Hot end: target").waitFor();
+  await on.getByRole("button", { name: "Cancel" }).first().click();
+  await on.getByRole("button", { name: "Cancel the job" }).click();
+  await on.getByText("Cancelled").first().waitFor();
 });
 
 page("asks for a password, and lets in with it", { entry: "login" }, async (on) => {

@@ -73,6 +73,14 @@ function Findings({ found }: { found: Preflight }) {
   );
 }
 
+/** A button that asks once more, in its own place. */
+function SureButton({ onSure, children }: { onSure: () => unknown; children: string }) {
+  const isAsked = useSignal(false);
+  return isAsked.value
+    ? <Button icon="trash" kind="danger" onPress={onSure}>{`${children} for good`}</Button>
+    : <Button icon="trash" kind="plain" onPress={() => { isAsked.value = true; }}>{children}</Button>;
+}
+
 /** What a file is, what the machine would say to it, and the button that starts it. */
 function FileDialog({ path, onClose }: { path: string; onClose: () => void }) {
   const meta = useSignal<Metadata | undefined>(undefined);
@@ -119,7 +127,7 @@ function FileDialog({ path, onClose }: { path: string; onClose: () => void }) {
       <div class="row wrap end">
         <a class="button plain" href={`/server/files/gcodes/${path.split("/").map(encodeURIComponent).join("/")}`} download={baseName(path)}><Icon name="download" /><span>Download</span></a>
         {isOwner.value && <Button icon="edit" kind="plain" onPress={() => { name.value = path; }}>Rename</Button>}
-        {isOwner.value && <Button icon="trash" kind="plain" onPress={remove}>Remove</Button>}
+        {isOwner.value && <SureButton onSure={remove}>Remove</SureButton>}
         {isJob(path) && <Button icon="job" kind="plain" pressed={isSeen.value} onPress={() => { isSeen.value = !isSeen.peek(); }}>Path</Button>}
         <span class="grow" />
         {isJob(path) && <Button icon="play" kind={stops ? "danger" : "main"} class="big" disabled={!mayOperate.value || !isLive.value || isPlaying.value || mode.value === "Alarm"} onPress={start}>{stops ? "Start all the same" : "Start"}</Button>}
@@ -177,6 +185,7 @@ export function FilesView() {
   const load = async () => { listing.value = await ask("server.files.get_directory", { path: `gcodes${folder.peek() ? `/${folder.peek()}` : ""}` }) ?? listing.peek(); };
   const enter = (to: string) => { folder.value = to; listing.value = null; void load(); };
   useEffect(() => { void load(); return on("notify_filelist_changed", () => void load()); }, []);
+  const removeFolder = async () => { if (await ask("server.files.delete_directory", { path: `gcodes/${folder.peek()}`, force: true })) enter(folder.peek().split("/").slice(0, -1).join("/")); };
   const inside = (name: string) => (folder.value ? `${folder.value}/${name}` : name);
   const put = (files: FileList | null | undefined) => { if (files) putFiles([...files], folder.peek()); };
   const fits = (name: string) => name.toLowerCase().includes(looked.value.toLowerCase());
@@ -198,6 +207,7 @@ export function FilesView() {
         </nav>
         <input type="search" class="search" data-slash placeholder="Find" aria-label="Find files" value={looked.value} onInput={(event) => { looked.value = event.currentTarget.value; }} />
         <select aria-label="Order" value={sort.value} onChange={(event) => { sort.value = event.currentTarget.value as keyof typeof SORTS; }}>{Object.entries(SORTS).map(([key, text]) => <option key={key} value={key}>{text}</option>)}</select>
+        {folder.value && isOwner.value && <SureButton key={folder.value} onSure={removeFolder}>Remove folder</SureButton>}
         <Button icon="folder" label="New folder" disabled={!mayOperate.value} onPress={() => { newFolder.value = true; }} />
         <input ref={picker} type="file" class="unseen" multiple tabIndex={-1} aria-label="Files to upload" onChange={(event) => { put(event.currentTarget.files); event.currentTarget.value = ""; }} />
         <Button icon="upload" kind="main" disabled={!mayOperate.value} onPress={() => picker.current?.click()}>Upload</Button>

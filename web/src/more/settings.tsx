@@ -108,14 +108,20 @@ function Row({ one }: { one: Setting }) {
 
 function SaveBar() {
   if (!changed.value) return null;
-  const isWrong = findings.value.some((one) => one.level === "error");
+  const wrong = findings.value.find((one) => one.level === "error");
   return (
     <div class="savebar" role="region" aria-label="Changes">
-      <span class="grow"><b>{changed.value} {changed.value === 1 ? "change" : "changes"}</b> {isWrong ? <span class="wrong">cannot be stored as they are</span> : <span class="quiet">checked by the machine</span>}</span>
+      <span class="grow"><b>{changed.value} {changed.value === 1 ? "change" : "changes"}</b> {wrong ? <span class="wrong">cannot be stored: {wrong.text}</span> : <span class="quiet">checked by the machine</span>}</span>
       <Button icon="undo" onPress={() => { changes.value = {}; findings.value = []; }}>Drop</Button>
-      <Button icon="check" kind="main" disabled={isWrong || !isLive.value} onPress={() => store(changes.peek(), false)}>Store</Button>
+      <Button icon="check" kind="main" disabled={wrong !== undefined || !isLive.value} onPress={() => store(changes.peek(), false)}>Store</Button>
     </div>
   );
+}
+
+/** How far a setting is from what was looked for: its key, its section, or only its help. */
+function distance(one: Setting, words: string[]): number {
+  const holds = (text: string) => words.every((word) => text.toLowerCase().includes(word));
+  return holds(one.key) ? 0 : holds(`${one.section} ${one.key}`) ? 1 : 2;
 }
 
 type Which = "all" | "set" | "changed";
@@ -133,6 +139,7 @@ export function SettingsView() {
     return section.value !== "" || which.value === "all" || (which.value === "set" ? one.is_set : changes.value[nameOf(one)] !== undefined);
   };
   const found = all.value.filter(fits);
+  if (words.length) found.sort((a, b) => distance(a, words) - distance(b, words));
   const sections = [...new Set(all.value.map((one) => one.section))];
   const groups = [...new Set(found.slice(0, SHOWN).map((one) => one.section))];
   const isLoading = all.value.length < total.value;

@@ -2,13 +2,42 @@
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import { effect } from "@preact/signals";
-import { heaterLabel } from "../shell/format";
+import { heaterLabel, num } from "../shell/format";
 import { times, traces, traceTurn } from "../state/history";
 import { colour, themeTurn } from "../state/prefs";
 
 export const SHADES = ["s1", "s2", "s3", "s4", "s5", "s6"];
 
 const hours = (time: number) => new Date(time * 1000).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+
+/** What was at the time under the pointer. */
+function tip(names: string[]): uPlot.Plugin {
+  const box = document.createElement("div");
+  box.className = "charttip";
+  box.hidden = true;
+  return {
+    hooks: {
+      init: (chart) => { chart.over.append(box); },
+      setCursor: (chart) => {
+        const at = chart.cursor.idx;
+        const time = at === null || at === undefined ? undefined : chart.data[0][at];
+        box.hidden = time === undefined || (chart.cursor.left ?? -1) < 0;
+        if (box.hidden || at === null || at === undefined || time === undefined) return;
+        const rows = names.map((name, index) => {
+          const row = document.createElement("span");
+          const dot = document.createElement("i");
+          dot.className = `dot ${SHADES[index % 6]}`;
+          row.append(dot, `${heaterLabel(name)} ${num(chart.data[index * 2 + 1]?.[at], 1)} °C`);
+          return row;
+        });
+        box.replaceChildren(new Date(time * 1000).toLocaleTimeString(), ...rows);
+        const isRight = (chart.cursor.left ?? 0) > chart.over.clientWidth / 2;
+        box.style.left = isRight ? "" : `${(chart.cursor.left ?? 0) + 14}px`;
+        box.style.right = isRight ? `${chart.over.clientWidth - (chart.cursor.left ?? 0) + 14}px` : "";
+      },
+    },
+  };
+}
 
 function options(names: string[], width: number, height: number): uPlot.Options {
   const quiet = colour("quiet");
@@ -21,7 +50,7 @@ function options(names: string[], width: number, height: number): uPlot.Options 
     series.push({ label: `${heaterLabel(name)} target`, stroke: shade, width: 1.2, dash: [4, 5], points: { show: false } });
   });
   return {
-    width, height, series, legend: { show: false }, padding: [8, 18, 0, 0],
+    width, height, series, legend: { show: false }, plugins: [tip(names)], padding: [8, 18, 0, 0],
     cursor: { points: { size: 7 }, drag: { x: false, y: false }, y: false },
     scales: { x: { time: true }, y: { range: (_, low, high) => [Math.min(20, Math.floor((low ?? 20) / 10) * 10), Math.max(60, (high ?? 60) * 1.06)] } },
     axes: [{ ...axis, space: 70, values: (_, all) => all.map(hours), size: 26 }, { ...axis, size: 38, values: (_, all) => all.map((value) => `${value}°`) }],

@@ -34,7 +34,7 @@ function keep(more: number[][]): void {
 /** One question for what came since; a board without such a record gives its position four times a second. */
 async function turn(): Promise<number> {
   const stats = obj("print_stats");
-  const live = obj("motion_report")?.live_position;
+  const live = obj("motion_report")?.live_position ?? obj("toolhead")?.position;
   const isAnother = (stats?.filename ?? "") !== job || (stats?.total_duration ?? 0) < began;
   job = stats?.filename ?? "";
   began = stats?.total_duration ?? 0;

@@ -72,7 +72,10 @@ export const isLive = computed(() => linkState.value === "open" && oldFor.value 
 
 export const mode = computed<Mode>(() => {
   if (obj("webhooks")?.state === "shutdown") return "Alarm";
-  return obj("velvet")?.mode ?? "Idle";
+  const told = obj("velvet")?.mode;
+  if (told) return told;
+  const state = obj("print_stats")?.state;
+  return state === "printing" ? "Run" : state === "paused" ? "Hold" : "Idle";
 });
 export const kind = computed(() => obj("velvet")?.machine ?? "printer");
 export const isPrinter = computed(() => kind.value === "printer");
