@@ -1,7 +1,7 @@
 // Made by web/build.mjs: path, content type, bytes (gzip). All but index.html have their hash in their name.
 &[
     ("/index.html", "text/html; charset=utf-8", include_bytes!("index.html.gz")),
-    ("/style-4486b210e4.css", "text/css; charset=utf-8", include_bytes!("style-4486b210e4.css.gz")),
+    ("/style-fcc776d373.css", "text/css; charset=utf-8", include_bytes!("style-fcc776d373.css.gz")),
     ("/shell-f0aeb00519.js", "text/javascript; charset=utf-8", include_bytes!("shell-f0aeb00519.js.gz")),
     ("/more-a1f19bb040.js", "text/javascript; charset=utf-8", include_bytes!("more-a1f19bb040.js.gz")),
     ("/views-2548e73e9d.css", "text/css; charset=utf-8", include_bytes!("views-2548e73e9d.css.gz")),

@@ -399,6 +399,33 @@ for (const dark of [false, true]) {
     }, { dark });
   }
 }
+page("axe finds nothing: windows over the page, changes, a job at work", { speed: 4 }, async (on) => {
+  await ready(on);
+  const found: string[] = [];
+  const look = async (where: string) => { await on.waitForTimeout(500); found.push(...await violations(on, where)); };
+  await on.keyboard.press("?");
+  await look("keys");
+  await on.keyboard.press("Escape");
+  await visit(on, "Files");
+  await on.getByRole("button", { name: /ribbon-vase/ }).click();
+  await on.getByRole("button", { name: "Path", exact: true }).click();
+  await on.getByRole("button", { name: "Rename" }).click();
+  await look("file");
+  await on.keyboard.press("Escape");
+  await visit(on, "Settings");
+  await on.getByLabel("Find a setting").fill("hotend max_temp");
+  await on.getByLabel("temperature control, hotend.max_temp").fill("9000");
+  await look("settings");
+  await on.getByRole("button", { name: "Drop" }).click();
+  await visit(on, "Console");
+  await on.getByLabel("Line to send").pressSequentially("M10");
+  await look("console");
+  await start(on, /ribbon-vase/);
+  await look("job");
+  await visit(on, "Machine");
+  await look("machine");
+  assert.deepEqual(found, []);
+});
 page("axe finds nothing: login, halted, on a phone", { entry: "login" }, async (on) => {
   await on.getByLabel("Password").waitFor();
   const found = await violations(on, "login");

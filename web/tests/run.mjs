@@ -9,10 +9,10 @@ const WEB = dirname(dirname(fileURLToPath(import.meta.url)));
 process.env.VELVET_WEB = WEB;
 if (process.argv[2] === "shots") {
   const { shots } = await import(await bundle("tests/shots.ts", "shots"));
-  await shots(process.argv[3] ?? "/tmp/shots", process.argv[4] ?? "");
+  await shots(process.argv[3] ?? "../out/page", process.argv[4] ?? "");
 } else if (process.argv[2] === "pictures") {
   const { pictures } = await import(await bundle("tests/docs-shots.ts", "pictures"));
-  await pictures(process.argv[3] ?? "/tmp/shots", process.argv[4] ?? "");
+  await pictures(process.argv[3] ?? "../out/page", process.argv[4] ?? "");
 } else {
   const files = [await bundle("tests/unit.test.ts", "unit.test"), await bundle("tests/page.test.ts", "page.test")];
   const more = process.argv.slice(2).map((name) => `--test-name-pattern=${name}`);
