@@ -197,7 +197,7 @@ test-web:
 	@if ! command -v npm >/dev/null 2>&1; then echo "npm is not installed: the check of the page is left out"; \
 	elif ! (cd web && test -x node_modules/.bin/esbuild || npm ci --silent --no-audit --no-fund --prefer-offline); then \
 	    echo "npm cannot fetch the page's packages: the check of the page is left out"; \
-	else cd web && npm run --silent check; fi
+	else cd web && npm run --silent check -- --quick; fi
 
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"
