@@ -106,9 +106,9 @@ impl Client {
             let method = if state == "ready" { "notify_klippy_ready" } else { "notify_klippy_shutdown" };
             return Some(Reply::message(None, Content::Notice(method)));
         }
-        if let Some((line, next)) = console.line(self.heard) {
-            self.heard = next;
-            return Some(Reply::message(None, Content::Said(line)));
+        if let Some((_, next)) = console.line(self.heard) {
+            let at = core::mem::replace(&mut self.heard, next);
+            return Some(Reply::message(None, Content::Said(at)));
         }
         let reply = self.changes(hashes, number);
         // A page takes the machine for lost that says nothing for some seconds.

@@ -1,12 +1,11 @@
 //! Answers and notifications, made as they go.
 
 use base::snapshot::Snapshot;
-use heapless::String;
 use http::json::{Next, Parts, Writer};
 use http::{Body, Made, Role};
 
 use crate::calls::Id;
-use crate::console::LINE_BYTES;
+use crate::console::Console;
 use crate::objects::{self, MAX_OBJECTS, Objects};
 
 /// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
@@ -43,8 +42,8 @@ pub enum Content {
     Error(i32, &'static str),
     /// Notification: objects that have changed.
     Changed(Objects),
-    /// Notification: the machine said a line.
-    Said(String<LINE_BYTES>),
+    /// Notification: the machine said a line, which begins at this place of what it said.
+    Said(u32),
     /// Notification that the board is there, where nothing else is to be told.
     Beat,
     /// Notification without content, by its method.
@@ -82,6 +81,8 @@ pub struct ReplyBody<'r> {
     pub reply: &'r mut Reply,
     /// The machine as it was shown last.
     pub snapshot: &'r Snapshot,
+    /// Console with what the machine said.
+    pub console: &'r Console,
     /// Facts about the board.
     pub facts: Facts<'r>,
     /// Time since the start, milliseconds.
@@ -93,9 +94,16 @@ impl Body for ReplyBody<'_> {
         if room.len() < PART_ROOM {
             return Made::Part(0);
         }
-        let Self { reply: Reply { id, is_message, content, parts }, snapshot, facts, now_ms } = self;
-        let tells =
-            Tells { id: id.as_ref(), is_message: *is_message, content, snapshot, facts: *facts, now_ms: *now_ms };
+        let Self { reply: Reply { id, is_message, content, parts }, snapshot, console, facts, now_ms } = self;
+        let tells = Tells {
+            id: id.as_ref(),
+            is_message: *is_message,
+            content,
+            snapshot,
+            console,
+            facts: *facts,
+            now_ms: *now_ms,
+        };
         parts.make(room, |part, json| tells.write(part, json))
     }
 }
@@ -106,6 +114,7 @@ struct Tells<'t> {
     is_message: bool,
     content: &'t Content,
     snapshot: &'t Snapshot,
+    console: &'t Console,
     facts: Facts<'t>,
     now_ms: u64,
 }
@@ -139,9 +148,9 @@ impl Tells<'_> {
                 begin_notification("notify_status_update", json);
                 json.begin_object();
             }
-            Content::Said(line) => {
+            Content::Said(at) => {
                 begin_notification("notify_gcode_response", json);
-                json.text(line);
+                json.text(&self.console.line(*at).map_or_else(Default::default, |(line, _)| line));
             }
             Content::Notice(method) => begin_notification(method, json),
             Content::Beat => {

@@ -377,7 +377,7 @@ impl<const N: usize> Site<N> {
                 written
             }
             Work::Answer(reply) => {
-                let mut body = ReplyBody { reply, snapshot, facts, now_ms };
+                let mut body = ReplyBody { reply, snapshot, console, facts, now_ms };
                 slot.connection.transmit(room, &mut body, now_ms)
             }
             Work::Socket(seat) => {
@@ -393,9 +393,11 @@ impl<const N: usize> Site<N> {
                     }
                     let free = room.get_mut(used..).unwrap_or_default();
                     let written = match &mut client.sending {
-                        Some(reply) => {
-                            slot.connection.transmit(free, &mut ReplyBody { reply, snapshot, facts, now_ms }, now_ms)
-                        }
+                        Some(reply) => slot.connection.transmit(
+                            free,
+                            &mut ReplyBody { reply, snapshot, console, facts, now_ms },
+                            now_ms,
+                        ),
                         None => slot.connection.transmit(free, &mut http::Empty, now_ms),
                     };
                     used += written;
