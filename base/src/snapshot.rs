@@ -10,6 +10,9 @@ use crate::paths::Path;
 /// Most fans that are shown: one for each that the configuration may describe.
 pub const MAX_SHOWN_FANS: usize = config::MAX_FANS;
 
+/// Coordinate systems that are shown: G54 to G59.
+pub const SHOWN_SYSTEMS: usize = 6;
+
 /// The machine at a moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
@@ -21,8 +24,18 @@ pub struct Snapshot {
     pub position: PerAxis<f64>,
     /// The same in the coordinate system in force, mm.
     pub work: PerAxis<f64>,
+    /// Least and greatest places of the axes, mm; infinite where an axis does not end.
+    pub ends: [PerAxis<f64>; 2],
     /// Coordinate system in force: 0 is G54.
     pub system: u8,
+    /// Offsets of G54 to G59, X Y Z in mm.
+    pub systems: [[f64; 3]; SHOWN_SYSTEMS],
+    /// Shift of everything (M290), X Y Z in mm.
+    pub shift: [f64; 3],
+    /// Whether coordinates of X, Y and Z, and lengths of filament, are absolute.
+    pub absolute: [bool; 2],
+    /// Factor of filament (M221); 1 is as written.
+    pub flow_factor: f64,
     /// Speed along the path.
     pub speed: MmPerSecond,
     /// Feed rate in force.

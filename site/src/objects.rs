@@ -51,7 +51,7 @@ pub const NAME_BYTES: usize = 48;
 /// Names of the coordinate systems.
 const SYSTEMS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 /// Longest text of an object that is looked at for changes.
-const OBJECT_BYTES: usize = 768;
+const OBJECT_BYTES: usize = 960;
 
 /// Set of objects, a bit for each place.
 pub type Objects = u32;
@@ -202,6 +202,10 @@ fn write_toolhead(of: &Snapshot, json: &mut Writer<'_, '_>) {
     Axis::PRIMARY.into_iter().filter(|axis| of.homed.has(*axis)).for_each(|axis| drop(axes.push(axis.letter())));
     axes.make_ascii_lowercase();
     json.text(&axes);
+    for (key, ends) in ["axis_minimum", "axis_maximum"].into_iter().zip(&of.ends) {
+        json.key(key);
+        write_numbers(ends.0.into_iter().take(3), json);
+    }
 }
 
 fn write_gcode_move(of: &Snapshot, json: &mut Writer<'_, '_>) {
@@ -211,6 +215,14 @@ fn write_gcode_move(of: &Snapshot, json: &mut Writer<'_, '_>) {
     json.float(of.feed_factor, 3);
     json.key("speed");
     json.float(of.feed_rate.per_minute(), 1);
+    json.key("extrude_factor");
+    json.float(of.flow_factor, 3);
+    json.key("homing_origin");
+    write_numbers(of.shift, json);
+    for (key, is_absolute) in ["absolute_coordinates", "absolute_extrude"].into_iter().zip(of.absolute) {
+        json.key(key);
+        json.bool(is_absolute);
+    }
 }
 
 fn write_heaters(of: &Snapshot, json: &mut Writer<'_, '_>) {
@@ -269,6 +281,8 @@ fn write_card(job: Option<&JobShown>, json: &mut Writer<'_, '_>) {
 
 /// What Moonraker has no words for: `docs/api.md`, object `velvet`.
 fn write_velvet(of: &Snapshot, json: &mut Writer<'_, '_>) {
+    json.key("machine");
+    json.text(if of.heaters.is_empty() { "mill" } else { "printer" });
     json.key("mode");
     json.text(if of.state == State::Invalid { "Alarm" } else { of.state.name() });
     json.key("work_position");
@@ -277,6 +291,17 @@ fn write_velvet(of: &Snapshot, json: &mut Writer<'_, '_>) {
     json.begin_object();
     json.key("active");
     json.text(SYSTEMS.get(usize::from(of.system)).unwrap_or(&"G54"));
+    json.key("offsets");
+    json.begin_array();
+    for (name, offset) in SYSTEMS.into_iter().zip(of.systems) {
+        json.begin_object();
+        json.key("name");
+        json.text(name);
+        json.key("at");
+        write_numbers(offset, json);
+        json.end_object();
+    }
+    json.end_array();
     json.end_object();
     json.key("overrides");
     json.begin_object();
@@ -285,10 +310,13 @@ fn write_velvet(of: &Snapshot, json: &mut Writer<'_, '_>) {
     json.key("rapid");
     json.float(of.rapid_factor, 3);
     json.end_object();
-    json.key("spindle");
+    // Not told yet: the page leaves out what is null.
+    for key in ["fault", "tool", "spindle", "laser", "coolant", "probe"] {
+        json.key(key);
+        json.null();
+    }
+    json.key("limits");
     json.begin_object();
-    json.key("rpm");
-    json.float(f64::from(of.spindle_rpm), 0);
     json.end_object();
     json.key("job");
     json.begin_object();
@@ -330,4 +358,77 @@ pub fn hash(place: usize, snapshot: &Snapshot) -> u32 {
     });
     let (Made::Part(used) | Made::Last(used)) = made else { return 0 };
     fnv(text.get(..used).unwrap_or_default()) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use units::{Celsius, MmPerSecond, PerAxis};
+
+    /// A machine whose every text and number is as long as can be.
+    fn longest() -> Snapshot {
+        let far = PerAxis([-12_345.678; units::MAX_AXES]);
+        let mut of = Snapshot {
+            state: State::Invalid,
+            position: far,
+            work: far,
+            ends: [far; 2],
+            systems: [[-12_345.678; 3]; base::snapshot::SHOWN_SYSTEMS],
+            shift: [-12_345.678; 3],
+            speed: MmPerSecond(12_345.678),
+            feed_factor: 12.345,
+            rapid_factor: 12.345,
+            flow_factor: 12.345,
+            job: Some(JobShown {
+                path: "x".repeat(base::ports::PATH_BYTES).as_str().try_into().unwrap(),
+                size: u32::MAX,
+                done: u32::MAX - 1,
+                line: u32::MAX,
+                elapsed_s: u32::MAX,
+                left_s: Some(1e9),
+                layer: u32::MAX,
+                layers: Some(u32::MAX),
+                ..JobShown::default()
+            }),
+            ..Snapshot::default()
+        };
+        let name = "n".repeat(24);
+        while of
+            .heaters
+            .push(HeaterShown {
+                name: name.as_str().try_into().unwrap(),
+                reading: Some(Celsius(-123.456)),
+                target: Celsius(-123.456),
+                power: 0.123,
+                ..HeaterShown::default()
+            })
+            .is_ok()
+        {}
+        of
+    }
+
+    #[test]
+    fn every_object_fits_into_a_part() {
+        let of = longest();
+        for place in 0..MAX_OBJECTS {
+            let mut room = [0; 4_096];
+            let mut parts = Parts::new();
+            let made = parts.make(&mut room, |_, json| {
+                write(place, &of, json);
+                Next::End
+            });
+            let Made::Last(length) = made else { panic!("{made:?}") };
+            assert!(length <= OBJECT_BYTES, "{length} bytes: {}", String::from_utf8_lossy(&room[..length]));
+        }
+    }
+
+    #[test]
+    fn a_hash_changes_with_each_field() {
+        let of = Snapshot::default();
+        let before: Vec<u32> = (0..MAX_OBJECTS).map(|place| hash(place, &of)).collect();
+        let changed = Snapshot { flow_factor: 0.9, ..of };
+        let after: Vec<u32> = (0..MAX_OBJECTS).map(|place| hash(place, &changed)).collect();
+        let differ: Vec<usize> = (0..MAX_OBJECTS).filter(|place| before[*place] != after[*place]).collect();
+        assert_eq!(differ, [2], "gcode_move alone");
+    }
 }

@@ -10,7 +10,7 @@ use crate::objects::{self, MAX_OBJECTS, Objects};
 
 /// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
 /// machine.
-const PART_ROOM: usize = 640;
+const PART_ROOM: usize = 960;
 
 /// Facts about the board that answers tell.
 #[derive(Clone, Copy, Debug)]

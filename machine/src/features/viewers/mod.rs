@@ -3,7 +3,9 @@
 use base::axes::Axes;
 use base::ports::{HeatPort as _, MotionPort as _, Viewers as _};
 use base::safety::Mode;
+use base::safety::travel::Travel;
 use base::snapshot::{FanShown, HeaterShown, JobShown, Snapshot};
+use base::tuning::Tuning;
 use base::{Ports, World};
 use config::MachineConfig;
 use jobs::player::Jobs;
@@ -27,6 +29,8 @@ pub(crate) struct Viewed<'m, 'c, P> {
     outputs: &'m Outputs,
     fans: &'m Fans,
     jobs: &'m Jobs,
+    travel: &'m mut Travel,
+    tuning: &'m Tuning,
 }
 
 /// The machine for its viewers.
@@ -40,8 +44,18 @@ pub(crate) trait ViewedHands<'c>: ForecastHands<'c> {
 
 impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
     fn viewed(&mut self) -> Viewed<'_, 'c, P> {
-        let Self { world, program, safety, axes, outputs, features, jobs, .. } = self;
-        Viewed { world, program, mode: safety.told_mode(), axes, outputs, fans: &features.fans, jobs }
+        let Self { world, program, safety, axes, outputs, features, jobs, tuning, .. } = self;
+        Viewed {
+            world,
+            program,
+            mode: safety.told_mode(),
+            axes,
+            outputs,
+            fans: &features.fans,
+            jobs,
+            travel: &mut safety.travel,
+            tuning,
+        }
     }
 
     fn follow_moves(&mut self) {
@@ -64,7 +78,7 @@ impl<'c, M: ViewedHands<'c>> Moments<M> for Feature {
 #[inline(never)]
 fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
     let job = job(hands, now);
-    let Viewed { world, program, mode, axes, outputs, fans, .. } = hands.viewed();
+    let Viewed { world, program, mode, axes, outputs, fans, travel, tuning, .. } = hands.viewed();
     let config = world.config;
     let modal = program.modal();
     let is_live = is_live(mode.state());
@@ -77,7 +91,12 @@ fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
         is_suspended: mode.is_suspended(),
         position,
         work: modal.work(&position),
+        ends: travel.up_to_date(config, tuning).ends(),
         system: modal.system as u8,
+        systems: core::array::from_fn(|system| modal.systems.get(system).copied().unwrap_or_default()),
+        shift: modal.shift,
+        absolute: [modal.absolute, modal.e_absolute],
+        flow_factor: program.tools().active().map_or(1.0, |tool| tool.flow),
         speed,
         feed_rate: modal.feed_rate,
         feed_factor: factors.feed * modal.speed_factor,

@@ -32,6 +32,8 @@ fn positions_and_speeds_are_those_of_the_motors_and_of_the_work() {
     assert_eq!(at_rest.position.0[..3], [10.0, 20.0, 30.0]);
     assert_eq!((at_rest.work[Axis::X], at_rest.work[Axis::Z], at_rest.system), (9.0, 27.0, 1));
     assert_eq!(at_rest.homed, AxisSet::collect(Axis::PRIMARY));
+    assert_eq!((at_rest.systems[1], at_rest.systems[0], at_rest.flow_factor), ([1.0, 2.0, 3.0], [0.0; 3], 1.0));
+    assert_eq!(at_rest.absolute, [true, true]);
     bench.say("G1 X50 F3000");
     bench.hear(1.0);
     let moving = look(&mut bench);
@@ -39,6 +41,19 @@ fn positions_and_speeds_are_those_of_the_motors_and_of_the_work() {
     assert!(moving.position[Axis::X] > 15.0 && moving.position[Axis::X] < 50.0, "{:?}", moving.position);
     assert!((moving.speed.0 - 25.0).abs() < 0.5, "{:?}: half of the feed rate", moving.speed);
     assert_eq!((moving.feed_factor, moving.feed_rate.per_minute()), (0.5, 3_000.0));
+}
+
+#[test]
+fn ends_of_travel_factors_and_modes_follow_the_codes() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.say("M221 S90");
+    bench.say("G91");
+    bench.say("M83");
+    bench.say("M290 Z0.2");
+    let shown = look(&mut bench);
+    assert_eq!((shown.flow_factor, shown.absolute, shown.shift), (0.9, [false, false], [0.0, 0.0, 0.2]));
+    let [least, most] = shown.ends;
+    assert!(least[Axis::X] < most[Axis::X], "{least:?} to {most:?}");
 }
 
 #[test]
