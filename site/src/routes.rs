@@ -11,6 +11,8 @@ pub enum Handler {
     PrinterInfo,
     ListObjects,
     QueryObjects,
+    /// Stop at once, for pages whose socket is gone.
+    EmergencyStop,
     /// A file of the page.
     Page,
 }
@@ -26,6 +28,15 @@ pub const ROUTES: Routes<Handler> = Routes(&[
     get("/printer/info", Role::Watch, "state of the machine, in short", Handler::PrinterInfo),
     get("/printer/objects/list", Role::Watch, "names of all objects of the machine's state", Handler::ListObjects),
     get("/printer/objects/query", Role::Watch, "objects of the machine's state", Handler::QueryObjects),
+    Route {
+        method: Method::Post,
+        path: "/printer/emergency_stop",
+        role: Role::Watch,
+        content: Content::Json,
+        body_bytes: 256,
+        help: "stop the machine at once",
+        handler: Handler::EmergencyStop,
+    },
     get("/*", Role::Nobody, "the page", Handler::Page),
 ]);
 

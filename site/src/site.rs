@@ -4,7 +4,7 @@ use core::net::Ipv4Addr;
 
 use base::snapshot::Snapshot;
 use heapless::String;
-use http::{Connection, Event, Found, Known, Life, Request, Response, Role, Selection, Status};
+use http::{Connection, Event, Found, Known, Length, Life, Request, Response, Role, Selection, Status};
 
 use crate::assets::{Asset, Counted};
 use crate::calls::{Call, Id, Method, Reader, SCRIPT_BYTES, codes};
@@ -221,6 +221,12 @@ impl<const N: usize> Site<N> {
                     let began = self.begin(&request);
                     match began {
                         Begun::Answer(response, next) => (*due, *work) = (Some(response), next),
+                        Begun::Stop => {
+                            self.stop = Some(EmergencyStop);
+                            self.console.drop_waiting();
+                            let done = Work::Answer(Reply::answer(Content::Done));
+                            (*due, *work) = (Some(Response::json(Status::Ok)), done);
+                        }
                         Begun::Refuse(status, message) => {
                             (*due, *work) = (None, Work::Nothing);
                             connection.respond_error(refusal(status, &request), message);
@@ -268,12 +274,19 @@ impl<const N: usize> Site<N> {
         if let Err(status) = route.admit(self.role) {
             return Begun::Refuse(status, "the password is wanted first");
         }
+        if !route.content.takes(request.header("Content-Type")) {
+            return Begun::Refuse(Status::UnsupportedMediaType, "this path takes content of another type");
+        }
+        if matches!(request.head.length, Length::Known(bytes) if bytes > route.body_bytes) {
+            return Begun::Refuse(Status::ContentTooLarge, "the body is too long");
+        }
         let json = |content| Begun::Answer(Response::json(Status::Ok), Work::Answer(Reply::answer(content)));
         match route.handler {
             Handler::Socket if self.seats.iter().all(|seat| seat.client.is_some()) => {
                 Begun::Refuse(Status::ServiceUnavailable, "as many pages as can be are open: close another one")
             }
             Handler::Socket => Begun::Upgrade,
+            Handler::EmergencyStop => Begun::Stop,
             Handler::ServerInfo => json(Content::Server),
             Handler::PrinterInfo => json(Content::Printer),
             Handler::ListObjects => json(Content::Names),
@@ -415,6 +428,8 @@ enum Begun {
     /// Answer with this head, whose body the work makes.
     Answer(Response, Work),
     Refuse(Status, &'static str),
+    /// The machine stops at once.
+    Stop,
     /// The connection becomes a WebSocket.
     Upgrade,
 }

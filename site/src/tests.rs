@@ -261,6 +261,26 @@ fn who_may_only_watch_may_stop_the_machine_and_nothing_else() {
 }
 
 #[test]
+fn a_page_without_a_socket_stops_the_machine_too() {
+    let ask = |role, more: &str| {
+        let mut desk = Desk::new(role);
+        desk.open(0);
+        let request =
+            format!("POST /printer/emergency_stop HTTP/1.1\r\nHost: velvet.local\r\n{more}Content-Length: 0\r\n\r\n");
+        let answer = String::from_utf8_lossy(&desk.send(0, request.as_bytes())).into_owned();
+        (answer, desk.site.take_stop().is_some())
+    };
+    let (answer, stops) = ask(Role::Watch, "");
+    assert!(answer.starts_with("HTTP/1.1 200 ") && answer.contains(r#"{"result":"ok"}"#) && stops, "{answer}");
+    let (answer, stops) = ask(Role::Nobody, "");
+    assert!(answer.starts_with("HTTP/1.1 401 ") && !stops, "{answer}");
+    let (answer, stops) = ask(Role::Own, "Content-Type: text/plain\r\n");
+    assert!(answer.starts_with("HTTP/1.1 415 ") && !stops, "a form of another page: {answer}");
+    let (answer, stops) = ask(Role::Own, "Origin: http://evil.example\r\n");
+    assert!(answer.starts_with("HTTP/1.1 403 ") && !stops, "{answer}");
+}
+
+#[test]
 fn what_is_no_call_is_an_error() {
     let mut desk = Desk::new(Role::Own);
     desk.upgrade(0);
@@ -312,6 +332,14 @@ fn the_machine_is_looked_at_while_somebody_looks() {
     desk.upgrade(1);
     let told = desk.show(1, &Snapshot { state: State::Alarm, ..snapshot() });
     assert_eq!(told, [r#"{"jsonrpc":"2.0","method":"notify_klippy_shutdown","params":[]}"#]);
+}
+
+#[test]
+fn a_body_that_no_path_takes_is_refused() {
+    let mut desk = Desk::new(Role::Own);
+    desk.open(0);
+    let long = b"GET /printer/info HTTP/1.1\r\nHost: velvet.local\r\nContent-Length: 5000\r\n\r\n";
+    assert!(desk.send(0, long).starts_with(b"HTTP/1.1 413 "));
 }
 
 #[test]
