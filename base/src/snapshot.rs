@@ -1,4 +1,5 @@
-//! What a page or a display shows of the machine: one plain value, taken at a moment, without a line of text.
+//! State of the machine at a moment, as values: for pages and displays, which would else have to read it
+//! out of the answers to commands.
 
 use config::{Name, TemperatureConfig};
 use heapless::Vec;
@@ -46,8 +47,6 @@ pub struct Snapshot {
     pub rapid_factor: f64,
     /// Axes that are homed.
     pub homed: AxisSet,
-    /// Speed of the spindle, rpm; 0 while it stands.
-    pub spindle_rpm: f32,
     /// Heaters and sensors, in the configuration's order.
     pub heaters: Vec<HeaterShown, MAX_HEATERS>,
     /// Fans, in the configuration's order.
@@ -79,7 +78,7 @@ impl HeaterShown {
     }
 }
 
-/// A fan.
+/// Power and speed of a fan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FanShown {
     /// Name in the configuration.

@@ -187,7 +187,11 @@ impl BoardNetwork {
                 ethernet,
                 stack,
                 lines: core::array::from_fn(NetworkLine::new),
-                page: Page::new(name.as_str(), if config.password_required { Rights::Watch } else { Rights::Operate }),
+                page: Page::new(
+                    name.as_str(),
+                    if config.password_required { Rights::Watch } else { Rights::Operate },
+                    config.web,
+                ),
                 random,
                 link: None,
                 links: 0,

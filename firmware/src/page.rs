@@ -23,15 +23,18 @@ pub struct Page {
 }
 
 impl Page {
-    /// Makes the page of a board that has this name in the network.
-    pub fn new(host: &str, rights: Rights) -> Self {
+    /// Makes the page of a board that has this name in the network. Its console opens only where the page is
+    /// served.
+    pub fn new(host: &str, rights: Rights, is_served: bool) -> Self {
         let role = match rights {
             Rights::Watch => Role::Nobody,
             Rights::Operate => Role::Operate,
             Rights::Own => Role::Own,
         };
         let mut intake = Intake::new();
-        Console::Page.inbox().open(&mut intake);
+        if is_served {
+            Console::Page.inbox().open(&mut intake);
+        }
         Self { site: Site::new(host, env!("VELVET_VERSION"), role), intake, rights }
     }
 

@@ -73,7 +73,7 @@ struct Place {
     half_open: Option<Instant>,
 }
 
-/// All places.
+/// Places for as many peers as can be served at once.
 #[derive(Debug)]
 pub struct Places {
     places: [Place; STREAMS],

@@ -155,7 +155,7 @@ enum Parameter {
 /// Number among the parameters of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Distance, mm.
+    /// Distance to jog, mm.
     Mm,
     /// Speed, mm per minute.
     MmPerMin,

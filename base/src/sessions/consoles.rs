@@ -12,7 +12,7 @@ pub enum ConsoleKind {
     Serial,
     /// A USB serial port.
     Usb,
-    /// A Telnet connection.
+    /// A connection over the network: Telnet, or a sender in GRBL's dialect.
     Network,
     /// The board's own web server, a program that asks for others: behind each answer comes a mark.
     Web,

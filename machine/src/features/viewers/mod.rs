@@ -10,7 +10,6 @@ use base::{Ports, World};
 use config::MachineConfig;
 use jobs::player::Jobs;
 use parts::fans::Fans;
-use parts::outputs::Outputs;
 use parts::reports::is_live;
 use program::Interpreter;
 use thermal::HeatControl;
@@ -26,7 +25,6 @@ pub(crate) struct Viewed<'m, 'c, P> {
     program: &'m Interpreter,
     mode: Mode,
     axes: &'m Axes,
-    outputs: &'m Outputs,
     fans: &'m Fans,
     jobs: &'m Jobs,
     travel: &'m mut Travel,
@@ -44,13 +42,12 @@ pub(crate) trait ViewedHands<'c>: ForecastHands<'c> {
 
 impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
     fn viewed(&mut self) -> Viewed<'_, 'c, P> {
-        let Self { world, program, safety, axes, outputs, features, jobs, tuning, .. } = self;
+        let Self { world, program, safety, axes, features, jobs, tuning, .. } = self;
         Viewed {
             world,
             program,
             mode: safety.told_mode(),
             axes,
-            outputs,
             fans: &features.fans,
             jobs,
             travel: &mut safety.travel,
@@ -78,7 +75,7 @@ impl<'c, M: ViewedHands<'c>> Moments<M> for Feature {
 #[inline(never)]
 fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
     let job = job(hands, now);
-    let Viewed { world, program, mode, axes, outputs, fans, travel, tuning, .. } = hands.viewed();
+    let Viewed { world, program, mode, axes, fans, travel, tuning, .. } = hands.viewed();
     let config = world.config;
     let modal = program.modal();
     let is_live = is_live(mode.state());
@@ -102,7 +99,6 @@ fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
         feed_factor: factors.feed * modal.speed_factor,
         rapid_factor: factors.rapid,
         homed: axes.homed(),
-        spindle_rpm: outputs.spindle_speed(config, modal.power),
         job,
         ..Snapshot::default()
     };
