@@ -6,6 +6,7 @@ use scenarios::{Bench, CARTESIAN, Plan};
 const PAGE: SessionId = SessionId(2);
 const DONE: &str = "\u{6}";
 const REFUSED: &str = "\u{15}";
+const NEWS: &str = "\u{7}";
 
 fn page() -> Bench {
     let profile = SessionProfile { kind: ConsoleKind::Web, rights: Rights::Operate, dialect: None, greeting: "" };
@@ -66,7 +67,17 @@ fn a_mark_comes_when_the_line_is_done() {
 #[test]
 fn no_text_has_a_mark_in_it() {
     let mut bench = page();
-    bench.say("M118 a\u{6}b\u{15}c");
+    bench.say("M118 a\u{6}b\u{15}c\u{7}d");
     let said = bench.hear_on(PAGE, 0.2);
-    assert!(said.contains("abc") && !said.contains(DONE) && !said.contains(REFUSED), "{said:?}");
+    assert!(said.contains("\u{7}abcd\n") && !said.contains(DONE) && !said.contains(REFUSED), "{said:?}");
+}
+
+#[test]
+fn news_are_told_apart_from_answers() {
+    let mut bench = page();
+    assert!(!ask(&mut bench, "version").contains(NEWS));
+    // A line from another console, and what everybody is told of it.
+    bench.say("M112");
+    let said = bench.hear_on(PAGE, 0.2);
+    assert!(said.contains("\u{7}ALARM: Emergency stop (M112)"), "{said:?}");
 }

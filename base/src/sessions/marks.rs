@@ -1,5 +1,6 @@
-//! Marks behind the answers of a session whose peer is a program: one byte for each of its lines, when the
-//! line is done, and whether it was refused. Text has neither byte.
+//! Marks in what a session says whose peer is a program: one byte behind the answer to each of its lines, when
+//! the line is done, and whether it was refused; and one before news, which answer none of them. Text has
+//! none of these bytes.
 
 use core::fmt::{self, Write};
 
@@ -7,6 +8,9 @@ use core::fmt::{self, Write};
 pub const DONE: u8 = 0x06;
 /// The line is done, and was refused (NAK of ASCII).
 pub const REFUSED: u8 = 0x15;
+
+/// What follows, up to the end of its line, is news for everybody and answers no line (BEL of ASCII).
+pub const NEWS: u8 = 0x07;
 
 /// State of the marks.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,7 +58,7 @@ pub(super) struct Unmarked<'o, W>(pub(super) &'o mut W);
 
 impl<W: Write> Write for Unmarked<'_, W> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        let marks = [char::from(DONE), char::from(REFUSED)];
+        let marks = [char::from(DONE), char::from(REFUSED), char::from(NEWS)];
         text.split(marks).try_for_each(|piece| self.0.write_str(piece))
     }
 }

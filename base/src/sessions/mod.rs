@@ -23,7 +23,7 @@ use crate::reason::{Alarm, Reason};
 pub use consoles::{ConsoleKind, Consoles, SessionProfile};
 pub use inbox::{INBOX_BYTES, Inbox, InboxOf, Intake, NETWORK_INBOX_BYTES, Received};
 pub use listing::{Enumeration, Listing};
-pub use marks::{DONE, REFUSED};
+pub use marks::{DONE, NEWS, REFUSED};
 pub use periodic::Periodic;
 pub use reply::Reply;
 pub use session::{Rights, Session};

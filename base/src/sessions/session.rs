@@ -7,7 +7,7 @@ use heapless::Vec;
 use program::Dialect;
 use units::Micros;
 
-use super::marks::{Marks, REFUSED, Unmarked};
+use super::marks::{Marks, NEWS, REFUSED, Unmarked};
 use super::output::{OUTPUT_BYTES, Output};
 use super::periodic::Periods;
 use super::{INBOX_BYTES, Inbox, LineBytes, Listing, Received};
@@ -403,7 +403,13 @@ impl Session {
         let Self { framing, marks, output, .. } = self;
         // Writing to the output cannot fail.
         let _ = match self.dialect {
-            _ if marks.are_on() => Unmarked(output).write_fmt(text),
+            _ if marks.are_on() => {
+                if !is_reply {
+                    // Without room for it the text has none either.
+                    let _ = output.bytes.push_back(NEWS);
+                }
+                Unmarked(output).write_fmt(text)
+            }
             Dialect::Grbl => Framed { framing, output, is_reply }.write_fmt(text),
             _ => output.write_fmt(text),
         };
