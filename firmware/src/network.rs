@@ -240,12 +240,11 @@ impl BoardNetwork {
         self.joined.as_ref().map_or(Rights::Watch, |joined| joined.page.rights())
     }
 
-    /// Tells the page's visitors what the machine says.
-    pub fn tell_page(&mut self, bytes: &[u8]) {
-        if let Some(joined) = self.joined.as_mut() {
-            joined.page.hear(bytes);
-            joined.due = Micros(0);
-        }
+    /// Tells the page's visitors what the machine says. Returns how many bytes were taken.
+    pub fn tell_page(&mut self, bytes: &[u8]) -> usize {
+        let Some(joined) = self.joined.as_mut() else { return bytes.len() };
+        joined.due = Micros(0);
+        joined.page.hear(bytes)
     }
 
     /// Returns whether a visitor of the page wants to see the machine as it is now.

@@ -53,9 +53,9 @@ impl Page {
         self.site.set_address(address);
     }
 
-    /// Hears what the machine says on the page's console.
-    pub fn hear(&mut self, bytes: &[u8]) {
-        self.site.hear(bytes);
+    /// Hears what the machine says on the page's console. Returns how many bytes.
+    pub fn hear(&mut self, bytes: &[u8]) -> usize {
+        self.site.hear(bytes, now_ms(time::now().0))
     }
 
     /// Returns whether somebody wants to see the machine as it is now.
@@ -75,8 +75,14 @@ impl Page {
             inbox.request(Realtime::Emergency);
             executor::wake_for_session();
         }
+        let now = now_ms(time::now().0);
+        if self.site.breaks_off(now) {
+            // The request that ends an answer, and sets nothing going.
+            inbox.request(Realtime::JogCancel);
+            executor::wake_for_session();
+        }
         if inbox.room() >= site::SCRIPT_BYTES
-            && let Some(line) = self.site.next_line()
+            && let Some(line) = self.site.next_line(now)
         {
             // The inbox has room for the line.
             let _taken = inbox.receive_all(&mut self.intake, line.as_bytes());

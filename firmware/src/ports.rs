@@ -338,8 +338,7 @@ impl<L: Locks> Consoles for BoardPorts<L> {
             return if console.inbox().is_open() { self.owned.network.write(place, bytes) } else { bytes.len() };
         }
         if console == Console::Page {
-            self.owned.network.tell_page(bytes);
-            return bytes.len();
+            return self.owned.network.tell_page(bytes);
         }
         if let Some(count) = usb::write(console, bytes) {
             return count;

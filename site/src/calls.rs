@@ -51,6 +51,8 @@ pub enum Method {
     QueryObjects,
     Subscribe,
     Script,
+    /// Lines whose answers are for the caller alone.
+    Ask,
     EmergencyStop,
     Pause,
     Resume,
@@ -64,10 +66,11 @@ pub enum Method {
 }
 
 /// All methods by their names.
-const METHODS: [(&str, Method); 17] = [
+const METHODS: [(&str, Method); 18] = [
     ("access.info", Method::AccessInfo),
     ("printer.firmware_restart", Method::Release),
     ("printer.print.start", Method::Play),
+    ("velvet.ask", Method::Ask),
     ("velvet.home", Method::Home),
     ("velvet.jog.step", Method::JogStep),
     ("velvet.override.set", Method::Override),
@@ -98,6 +101,7 @@ impl Method {
             | Self::Subscribe
             | Self::EmergencyStop => Role::Watch,
             Self::Script
+            | Self::Ask
             | Self::Pause
             | Self::Resume
             | Self::Cancel

@@ -18,6 +18,8 @@ const SILENCE: u32 = 4;
 /// State of a visitor.
 #[derive(Debug)]
 pub struct Client {
+    /// Place of the visitor.
+    place: u8,
     /// Message that is being read, if one has begun.
     pub reader: Option<Reader>,
     replies: Deque<Reply, REPLIES>,
@@ -40,8 +42,9 @@ pub struct Client {
 impl Client {
     /// Makes the state of a visitor who has come, and hears what is said from now on.
     #[must_use]
-    pub const fn new(heard: u32, klippy_state: &'static str) -> Self {
+    pub const fn new(place: u8, heard: u32, klippy_state: &'static str) -> Self {
         Self {
+            place,
             reader: None,
             replies: Deque::new(),
             sending: None,
@@ -66,9 +69,22 @@ impl Client {
         let _ = self.replies.push_back(reply);
     }
 
-    /// Takes the next answer.
+    /// Takes the next answer. One to a script comes behind what the machine said to it.
     fn next_reply(&mut self) -> Option<Reply> {
-        self.replies.pop_front()
+        let heard = self.heard;
+        let is_due = |reply: &Reply| reply.said.is_none_or(|said| said.wrapping_sub(heard).cast_signed() <= 0);
+        self.replies.front().is_some_and(is_due).then(|| self.replies.pop_front()).flatten()
+    }
+
+    /// Returns the next line of the machine's that this visitor hears.
+    fn next_line(&mut self, console: &Console) -> Option<Reply> {
+        while let Some(said) = console.line(self.heard) {
+            let at = core::mem::replace(&mut self.heard, said.next);
+            if said.is_for(self.place) {
+                return Some(Reply::message(None, Content::Said(at)));
+            }
+        }
+        None
     }
 
     /// Has the visitor told of objects when they change, beginning with these states.
@@ -106,9 +122,8 @@ impl Client {
             let method = if state == "ready" { "notify_klippy_ready" } else { "notify_klippy_shutdown" };
             return Some(Reply::message(None, Content::Notice(method)));
         }
-        if let Some((_, next)) = console.line(self.heard) {
-            let at = core::mem::replace(&mut self.heard, next);
-            return Some(Reply::message(None, Content::Said(at)));
+        if let Some(reply) = self.next_line(console).or_else(|| self.next_reply()) {
+            return Some(reply);
         }
         let reply = self.changes(hashes, number);
         // A page takes the machine for lost that says nothing for some seconds.

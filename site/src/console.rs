@@ -1,6 +1,6 @@
 //! The site's console of the machine: scripts of all visitors, line by line, and what the machine says.
 
-use base::sessions::{DONE, REFUSED};
+use base::sessions::{DONE, NEWS, REFUSED};
 use heapless::{Deque, String};
 
 use crate::calls::{Id, SCRIPT_BYTES};
@@ -13,6 +13,14 @@ const WAITING_BYTES: usize = 2 * SCRIPT_BYTES;
 const SAID_BYTES: usize = 2_048;
 /// Longest line that is passed on in one piece.
 pub const LINE_BYTES: usize = 320;
+/// Time for which the machine waits for a listener who takes nothing, milliseconds.
+const PATIENCE_MS: u64 = 2_000;
+/// Time after which a long answer to one visitor is broken off, if another's lines wait, milliseconds.
+const LONG_ANSWER_MS: u64 = 500;
+/// Beginning of the line that says why the machine refuses.
+pub const REASON: &str = "error:";
+/// Listener of a line that is for everybody.
+const EVERYBODY: u8 = 0xFF;
 
 /// Visitor that a script is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,9 +36,57 @@ pub struct Asker {
 struct Script {
     asker: Asker,
     id: Option<Id>,
+    /// Who hears what it comes to.
+    listeners: Listeners,
     /// Lines that are not done.
     lines: u16,
-    is_refused: bool,
+    ending: Ending,
+    /// Place of the reason that the machine has given last.
+    reason: Option<u32>,
+}
+
+/// Listeners to what a script comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Listeners {
+    /// Everybody, as at a console that all sit at.
+    All,
+    /// Who has sent the script, and nobody else.
+    Asker,
+}
+
+/// End of a script.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All lines were carried out.
+    Done,
+    /// The machine refused a line; where it said why, the place of that in what it said.
+    Refused(Option<u32>),
+    /// The machine was stopped, or the answer was broken off as others waited.
+    BrokenOff,
+}
+
+/// Line that the machine said.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Said {
+    /// Text without its line feed.
+    pub text: String<LINE_BYTES>,
+    /// Place of the next line.
+    pub next: u32,
+    listener: u8,
+}
+
+impl Said {
+    /// Returns whether the line is for nobody but one visitor.
+    #[must_use]
+    pub const fn is_private(&self) -> bool {
+        self.listener != EVERYBODY
+    }
+
+    /// Returns whether the visitor at this place is to hear the line.
+    #[must_use]
+    pub const fn is_for(&self, place: u8) -> bool {
+        self.listener == EVERYBODY || self.listener == place
+    }
 }
 
 /// Script that is done.
@@ -40,8 +96,10 @@ pub struct Outcome {
     pub asker: Asker,
     /// Id of the call; none if nobody wants an answer.
     pub id: Option<Id>,
-    /// Whether a line of it was refused.
-    pub is_refused: bool,
+    /// How it ended.
+    pub ending: Ending,
+    /// Place behind what the machine said to it, which the visitor is told before.
+    pub said: u32,
 }
 
 /// Console that all visitors share.
@@ -54,8 +112,12 @@ pub struct Console {
     said: [u8; SAID_BYTES],
     /// Bytes said since the start.
     total: u32,
-    /// Line that is being said.
+    /// Line that is being said, and whether it is news that answers no script.
     line: String<LINE_BYTES>,
+    is_news: bool,
+    /// Time at which the script in work began, and since which its listener takes nothing.
+    begun_ms: u64,
+    held_since_ms: Option<u64>,
 }
 
 impl Default for Console {
@@ -75,17 +137,20 @@ impl Console {
             said: [0; SAID_BYTES],
             total: 0,
             line: String::new(),
+            is_news: false,
+            begun_ms: 0,
+            held_since_ms: None,
         }
     }
 
     /// Takes a script. False if there is no room: nothing of it is taken.
-    pub fn take(&mut self, asker: Asker, id: Option<Id>, text: &str) -> bool {
+    pub fn take(&mut self, asker: Asker, id: Option<Id>, text: &str, listeners: Listeners) -> bool {
         let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
         let bytes: usize = lines().map(|line| line.len() + 1).sum();
         if self.scripts.is_full() || bytes > WAITING_BYTES - self.waiting.len() {
             return false;
         }
-        let script = Script { asker, id, lines: lines().count() as u16, is_refused: false };
+        let script = Script { asker, id, listeners, lines: lines().count() as u16, ending: Ending::Done, reason: None };
         // Room was looked at.
         let _ = self.scripts.push_back(script);
         for byte in lines().flat_map(|line| line.bytes().chain([b'\n'])) {
@@ -95,10 +160,11 @@ impl Console {
     }
 
     /// Returns bytes of the next line for the machine, if the one before is done: all up to its line feed.
-    pub fn next_line(&mut self) -> Option<String<SCRIPT_BYTES>> {
+    pub fn next_line(&mut self, now_ms: u64) -> Option<String<SCRIPT_BYTES>> {
         if self.is_busy || self.waiting.is_empty() {
             return None;
         }
+        self.begun_ms = now_ms;
         let mut line = heapless::Vec::<u8, SCRIPT_BYTES>::new();
         while let Some(byte) = self.waiting.pop_front() {
             // A line is no longer than a script.
@@ -116,14 +182,53 @@ impl Console {
         self.waiting.clear();
         for (place, script) in self.scripts.iter_mut().enumerate() {
             script.lines = u16::from(place == 0 && self.is_busy);
-            script.is_refused = true;
+            script.ending = Ending::BrokenOff;
         }
+    }
+
+    /// Returns whether the answer in work is to be broken off: it is long, for one visitor alone, and lines
+    /// of others wait. True once.
+    pub fn breaks_off(&mut self, now_ms: u64) -> bool {
+        let is_long = self.is_busy && now_ms.saturating_sub(self.begun_ms) >= LONG_ANSWER_MS;
+        let others_wait = self.scripts.iter().skip(1).any(|script| script.listeners == Listeners::All);
+        let script = self.scripts.front_mut().filter(|script| script.listeners == Listeners::Asker);
+        let Some(script) = script.filter(|script| is_long && others_wait && script.ending != Ending::BrokenOff) else {
+            return false;
+        };
+        script.ending = Ending::BrokenOff;
+        true
     }
 
     /// Takes an outcome, when the first script is done.
     pub fn take_outcome(&mut self) -> Option<Outcome> {
         self.scripts.front().filter(|script| script.lines == 0)?;
-        self.scripts.pop_front().map(|Script { asker, id, is_refused, .. }| Outcome { asker, id, is_refused })
+        let said = self.total;
+        self.scripts.pop_front().map(|Script { asker, id, ending, .. }| Outcome { asker, id, ending, said })
+    }
+
+    /// Returns who alone hears what is said now, if somebody does.
+    #[must_use]
+    pub fn only_listener(&self) -> Option<Asker> {
+        let script = self.scripts.front().filter(|script| self.is_busy && script.listeners == Listeners::Asker);
+        script.map(|script| script.asker)
+    }
+
+    /// Returns how many bytes can be heard, so that a listener who has heard all up to this place misses
+    /// nothing; all of them while nobody alone listens, or who does takes nothing for seconds.
+    pub fn room(&mut self, heard: Option<u32>, now_ms: u64) -> usize {
+        let Some(heard) = heard else {
+            self.held_since_ms = None;
+            return usize::MAX;
+        };
+        let behind = self.total.wrapping_sub(heard) as usize + self.line.len();
+        // With the listener of each line, the shortest lines take three bytes where two were heard.
+        let room = SAID_BYTES.saturating_sub(behind + LINE_BYTES) / 2;
+        if room > 0 {
+            self.held_since_ms = None;
+            return room;
+        }
+        let since = *self.held_since_ms.get_or_insert(now_ms);
+        if now_ms.saturating_sub(since) >= PATIENCE_MS { usize::MAX } else { 0 }
     }
 
     /// Hears what the machine says.
@@ -132,7 +237,14 @@ impl Console {
             match *byte {
                 DONE => self.end_line(false),
                 REFUSED => self.end_line(true),
-                b'\n' => self.pass_on(),
+                NEWS => {
+                    self.pass_on();
+                    self.is_news = true;
+                }
+                b'\n' => {
+                    self.pass_on();
+                    self.is_news = false;
+                }
                 b'\r' => {}
                 byte => {
                     // Text of the machine is ASCII but for names of files.
@@ -150,7 +262,9 @@ impl Console {
             return;
         }
         if let Some(script) = self.scripts.front_mut() {
-            script.is_refused |= is_refused;
+            if is_refused && script.ending == Ending::Done {
+                script.ending = Ending::Refused(script.reason);
+            }
             script.lines = script.lines.saturating_sub(1);
         }
     }
@@ -160,7 +274,13 @@ impl Console {
         if line == "ok" || line.is_empty() {
             return;
         }
-        for byte in line.bytes().chain([b'\n']) {
+        let listener = self.only_listener().filter(|_| !self.is_news).map_or(EVERYBODY, |asker| asker.place);
+        if let Some(script) = self.scripts.front_mut().filter(|_| self.is_busy && !self.is_news)
+            && line.starts_with(REASON)
+        {
+            script.reason = Some(self.total);
+        }
+        for byte in [listener].into_iter().chain(line.bytes()).chain([b'\n']) {
             if let Some(place) = self.said.get_mut(self.total as usize % SAID_BYTES) {
                 *place = byte;
             }
@@ -174,15 +294,14 @@ impl Console {
         self.total
     }
 
-    /// Returns the line at a place of what was said, and the place of the next one. What has been overwritten
-    /// is passed over.
+    /// Returns the line at a place of what was said. What has been overwritten is passed over.
     #[must_use]
-    pub fn line(&self, at: u32) -> Option<(String<LINE_BYTES>, u32)> {
+    pub fn line(&self, at: u32) -> Option<Said> {
         let behind = self.total.wrapping_sub(at);
         if behind == 0 {
             return None;
         }
-        let is_lost = behind as usize > SAID_BYTES;
+        let is_lost = self.is_lost(at);
         let mut at = if is_lost { self.total.wrapping_sub(SAID_BYTES as u32) } else { at };
         let mut next = || {
             let byte = (at != self.total).then(|| self.said.get(at as usize % SAID_BYTES).copied()).flatten();
@@ -193,12 +312,19 @@ impl Console {
             // The first line is not whole.
             while next().is_some_and(|byte| byte != b'\n') {}
         }
-        let mut line = String::new();
+        let listener = next()?;
+        let mut text = String::new();
         while let Some(byte) = next().filter(|byte| *byte != b'\n') {
             // Lines are no longer than that.
-            let _ = line.push(char::from(byte));
+            let _ = text.push(char::from(byte));
         }
-        Some((line, at))
+        Some(Said { text, next: at, listener })
+    }
+
+    /// Returns whether what was said at a place has been overwritten.
+    #[must_use]
+    pub const fn is_lost(&self, at: u32) -> bool {
+        self.total.wrapping_sub(at) as usize > SAID_BYTES
     }
 }
 
@@ -207,38 +333,45 @@ mod tests {
     use super::*;
 
     const ASKER: Asker = Asker { place: 1, visit: 7 };
+    const OTHER: Asker = Asker { place: 2, visit: 1 };
+
+    fn text(console: &Console, at: u32) -> Option<(String<LINE_BYTES>, u32)> {
+        console.line(at).map(|said| (said.text, said.next))
+    }
 
     #[test]
     fn a_script_is_handed_over_line_by_line_and_done_with_the_last() {
         let mut console = Console::new();
-        assert!(console.take(ASKER, Some(Id::Number(5)), "G28\n\n M104 S200 \nG1 X1"));
-        assert_eq!(console.next_line().as_deref(), Some("G28\n"));
-        assert_eq!(console.next_line(), None, "one at a time");
+        assert!(console.take(ASKER, Some(Id::Number(5)), "G28\n\n M104 S200 \nG1 X1", Listeners::All));
+        assert_eq!(console.next_line(0).as_deref(), Some("G28\n"));
+        assert_eq!(console.next_line(0), None, "one at a time");
         console.hear(b"ok\n\x06");
-        assert_eq!(console.next_line().as_deref(), Some("M104 S200\n"));
+        assert_eq!(console.next_line(0).as_deref(), Some("M104 S200\n"));
         console.hear(b"error:too hot\n\x15");
         assert!(console.take_outcome().is_none());
-        assert_eq!(console.next_line().as_deref(), Some("G1 X1\n"));
+        assert_eq!(console.next_line(0).as_deref(), Some("G1 X1\n"));
         console.hear(b"ok\n\x06");
         let outcome = console.take_outcome().expect("an outcome");
-        assert_eq!((outcome.asker, outcome.id, outcome.is_refused), (ASKER, Some(Id::Number(5)), true));
-        assert_eq!(console.line(0), Some(("error:too hot".try_into().unwrap(), 14)));
-        assert_eq!(console.line(14), None);
+        assert_eq!((outcome.asker, outcome.id, outcome.said), (ASKER, Some(Id::Number(5)), 15));
+        assert_eq!(outcome.ending, Ending::Refused(Some(0)), "with the place of the reason");
+        assert_eq!(text(&console, 0), Some(("error:too hot".try_into().unwrap(), 15)));
+        assert_eq!(text(&console, 15), None);
     }
 
     #[test]
     fn a_script_that_has_no_room_is_not_begun() {
         let mut console = Console::new();
         let long = "G1 X1\n".repeat(80);
-        assert!(console.take(ASKER, None, &long) && console.take(ASKER, None, &long));
-        assert!(!console.take(ASKER, None, &long));
-        assert!(console.take(ASKER, None, "M105"), "a short one fits");
-        console.next_line();
+        assert!((0..2).all(|_| console.take(ASKER, None, &long, Listeners::All)));
+        assert!(!console.take(ASKER, None, &long, Listeners::All));
+        assert!(console.take(ASKER, None, "M105", Listeners::All), "a short one fits");
+        console.next_line(0);
         console.drop_waiting();
-        assert_eq!(console.next_line(), None);
+        assert_eq!(console.next_line(0), None);
         assert!(console.take_outcome().is_none(), "the first line is still in work");
         console.hear(b"\x15");
-        assert_eq!((0..4).filter_map(|_| console.take_outcome()).filter(|outcome| outcome.is_refused).count(), 3);
+        let endings: Vec<_> = (0..4).filter_map(|_| console.take_outcome()).map(|outcome| outcome.ending).collect();
+        assert_eq!(endings, [Ending::BrokenOff; 3]);
     }
 
     #[test]
@@ -247,12 +380,65 @@ mod tests {
         for number in 0..500 {
             console.hear(format!("line {number}\n").as_bytes());
         }
-        let (first, mut at) = console.line(0).expect("a line");
+        let (first, mut at) = text(&console, 0).expect("a line");
         assert!(first.starts_with("line ") && first.len() == 8, "{first}");
         let mut last = first;
-        while let Some((line, next)) = console.line(at) {
+        while let Some((line, next)) = text(&console, at) {
             (last, at) = (line, next);
         }
         assert_eq!((last.as_str(), at), ("line 499", console.end()));
+    }
+
+    #[test]
+    fn an_answer_to_one_is_heard_by_nobody_else_and_news_are_heard_by_all() {
+        let mut console = Console::new();
+        assert!(console.take(ASKER, None, "version", Listeners::Asker));
+        console.next_line(0);
+        console.hear(b"Velvet\n\x07// the cable is out\nBuild\nok\n\x06\x07// it is in\n");
+        let mut heard = Vec::new();
+        let mut at = 0;
+        while let Some(said) = console.line(at) {
+            at = said.next;
+            heard.push((said.text.to_string(), said.is_for(ASKER.place), said.is_for(OTHER.place)));
+        }
+        let lines = [("Velvet", false), ("// the cable is out", true), ("Build", false), ("// it is in", true)];
+        assert_eq!(heard, lines.map(|(line, all)| (line.to_owned(), true, all)));
+    }
+
+    #[test]
+    fn the_machine_waits_for_who_listens_alone_but_not_for_long() {
+        let mut console = Console::new();
+        assert!(console.take(ASKER, None, "help", Listeners::Asker));
+        console.next_line(0);
+        let mut said = 0;
+        while let room @ 2.. = console.room(Some(0), 100) {
+            // The shortest lines there are, of which the most fit.
+            console.hear("a\n".repeat(room / 2).as_bytes());
+            said += room / 2 * 2;
+        }
+        console.hear(b"a\n");
+        said += 2;
+        assert!(said > SAID_BYTES / 3, "{said}");
+        let mut at = 0;
+        let heard = std::iter::from_fn(|| console.line(at).inspect(|said| at = said.next)).count();
+        assert_eq!(heard, said / 2, "nothing was overwritten");
+        assert_eq!((console.room(Some(0), 100), console.room(Some(0), 100 + PATIENCE_MS - 1)), (0, 0));
+        assert_eq!(console.room(Some(0), 100 + PATIENCE_MS), usize::MAX);
+        assert_eq!((console.room(Some(at), 101) > 0, console.room(None, 101)), (true, usize::MAX));
+    }
+
+    #[test]
+    fn a_long_answer_to_one_makes_way_for_lines_of_others() {
+        let mut console = Console::new();
+        assert!(console.take(ASKER, None, "check /sd/a.g", Listeners::Asker));
+        console.next_line(0);
+        assert!(!console.breaks_off(10_000), "nobody waits");
+        assert!(console.take(OTHER, None, "check /sd/b.g", Listeners::Asker));
+        assert!(!console.breaks_off(10_000), "who asks waits");
+        assert!(console.take(OTHER, None, "G28", Listeners::All));
+        assert!(!console.breaks_off(LONG_ANSWER_MS - 1));
+        assert!(console.breaks_off(LONG_ANSWER_MS) && !console.breaks_off(10_000), "once");
+        console.hear(b"ok\n\x06");
+        assert_eq!(console.take_outcome().map(|outcome| outcome.ending), Some(Ending::BrokenOff));
     }
 }

@@ -4,8 +4,8 @@ use base::snapshot::Snapshot;
 use http::json::{Next, Parts, Writer};
 use http::{Body, Made, Role};
 
-use crate::calls::Id;
-use crate::console::Console;
+use crate::calls::{Id, codes};
+use crate::console::{Console, Ending, REASON, Said};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 
 /// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
@@ -40,6 +40,8 @@ pub enum Content {
     State(Objects),
     /// Error: code and text.
     Error(i32, &'static str),
+    /// Error: the machine refused; the place of its reason in what it said.
+    Refused(Option<u32>),
     /// Notification: objects that have changed.
     Changed(Objects),
     /// Notification: the machine said a line, which begins at this place of what it said.
@@ -50,6 +52,18 @@ pub enum Content {
     Notice(&'static str),
 }
 
+impl Content {
+    /// Returns the content that tells how a script ended.
+    #[must_use]
+    pub const fn of(ending: Ending) -> Self {
+        match ending {
+            Ending::Done => Self::Done,
+            Ending::Refused(reason) => Self::Refused(reason),
+            Ending::BrokenOff => Self::Error(codes::BUSY, "broken off: the machine was stopped, or others had lines"),
+        }
+    }
+}
+
 /// Answer or notification, as far as it is out.
 #[derive(Clone, Debug)]
 pub struct Reply {
@@ -57,6 +71,8 @@ pub struct Reply {
     id: Option<Id>,
     /// Whether this goes over a WebSocket.
     is_message: bool,
+    /// Place in what the machine said that the visitor is told up to before.
+    pub said: Option<u32>,
     content: Content,
     parts: Parts,
 }
@@ -65,13 +81,19 @@ impl Reply {
     /// Makes the answer to a call of a WebSocket.
     #[must_use]
     pub const fn message(id: Option<Id>, content: Content) -> Self {
-        Self { id, is_message: true, content, parts: Parts::new() }
+        Self { id, is_message: true, said: None, content, parts: Parts::new() }
+    }
+
+    /// Makes the answer to a call whose script is done, behind what the machine said up to this place.
+    #[must_use]
+    pub const fn outcome(id: Option<Id>, content: Content, said: u32) -> Self {
+        Self { id, is_message: true, said: Some(said), content, parts: Parts::new() }
     }
 
     /// Makes the answer to a request of HTTP.
     #[must_use]
     pub const fn answer(content: Content) -> Self {
-        Self { id: None, is_message: false, content, parts: Parts::new() }
+        Self { id: None, is_message: false, said: None, content, parts: Parts::new() }
     }
 }
 
@@ -94,7 +116,7 @@ impl Body for ReplyBody<'_> {
         if room.len() < PART_ROOM {
             return Made::Part(0);
         }
-        let Self { reply: Reply { id, is_message, content, parts }, snapshot, console, facts, now_ms } = self;
+        let Self { reply: Reply { id, is_message, content, parts, .. }, snapshot, console, facts, now_ms } = self;
         let tells = Tells {
             id: id.as_ref(),
             is_message: *is_message,
@@ -149,8 +171,10 @@ impl Tells<'_> {
                 json.begin_object();
             }
             Content::Said(at) => {
-                begin_notification("notify_gcode_response", json);
-                json.text(&self.console.line(*at).map_or_else(Default::default, |(line, _)| line));
+                let said = self.console.line(*at);
+                let is_private = said.as_ref().is_some_and(Said::is_private);
+                begin_notification(if is_private { "notify_velvet_answer" } else { "notify_gcode_response" }, json);
+                json.text(said.as_ref().map_or("", |said| &said.text));
             }
             Content::Notice(method) => begin_notification(method, json),
             Content::Beat => {
@@ -158,14 +182,11 @@ impl Tells<'_> {
                 json.begin_object();
                 json.end_object();
             }
-            Content::Error(code, message) => {
-                json.key("error");
-                json.begin_object();
-                json.key("code");
-                json.signed(i64::from(*code));
-                json.key("message");
-                json.text(message);
-                json.end_object();
+            Content::Error(code, message) => error(*code, message, json),
+            Content::Refused(reason) => {
+                let said = reason.filter(|at| !self.console.is_lost(*at)).and_then(|at| self.console.line(at));
+                let words = said.as_ref().map(|said| said.text.strip_prefix(REASON).unwrap_or(&said.text));
+                error(codes::REFUSED, words.unwrap_or("the machine refused: the console says why"), json);
             }
             _ => {
                 json.key("result");
@@ -268,6 +289,16 @@ impl Tells<'_> {
         }
         json.end_object();
     }
+}
+
+fn error(code: i32, message: &str, json: &mut Writer<'_, '_>) {
+    json.key("error");
+    json.begin_object();
+    json.key("code");
+    json.signed(i64::from(code));
+    json.key("message");
+    json.text(message);
+    json.end_object();
 }
 
 const fn role_name(role: Role) -> &'static str {

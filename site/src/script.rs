@@ -22,8 +22,8 @@ pub fn of(call: &Call, text: &str) -> Result<Script, &'static str> {
     }
     let mut script = Script::new();
     let written = match call.method {
-        Method::Script if text.trim().is_empty() => return Err("the script is empty"),
-        Method::Script => script.write_str(text),
+        Method::Script | Method::Ask if text.trim().is_empty() => return Err("the script is empty"),
+        Method::Script | Method::Ask => script.write_str(text),
         Method::Pause => script.write_str("M25"),
         Method::Resume => script.write_str("M24"),
         Method::Cancel => script.write_str("abort"),

@@ -9,7 +9,7 @@ use http::{Connection, Event, Found, Known, Length, Life, Request, Response, Rol
 use crate::assets::{Asset, Counted};
 use crate::calls::{Call, Id, Method, Reader, SCRIPT_BYTES, codes};
 use crate::client::Client;
-use crate::console::{Asker, Console};
+use crate::console::{Asker, Console, Listeners, Outcome};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::reply::{Content, Facts, Reply, ReplyBody};
 use crate::routes::{Handler, ROUTES};
@@ -131,8 +131,13 @@ impl<const N: usize> Site<N> {
     }
 
     /// Returns the next line for the machine, if the one before is done.
-    pub fn next_line(&mut self) -> Option<String<SCRIPT_BYTES>> {
-        self.console.next_line()
+    pub fn next_line(&mut self, now_ms: u64) -> Option<String<SCRIPT_BYTES>> {
+        self.console.next_line(now_ms)
+    }
+
+    /// Returns whether the machine is to break off its answer in work, for lines that wait. True once.
+    pub fn breaks_off(&mut self, now_ms: u64) -> bool {
+        self.console.breaks_off(now_ms)
     }
 
     /// Takes a visitor's request to stop at once.
@@ -140,20 +145,23 @@ impl<const N: usize> Site<N> {
         self.stop.take()
     }
 
-    /// Hears what the machine says.
-    pub fn hear(&mut self, bytes: &[u8]) {
-        self.console.hear(bytes);
-        while let Some(outcome) = self.console.take_outcome() {
-            let Some(seat) = self.seats.get_mut(usize::from(outcome.asker.place)) else { continue };
-            if let Some(client) = seat.client.as_mut().filter(|_| seat.visit == outcome.asker.visit) {
-                let content = if outcome.is_refused {
-                    Content::Error(codes::REFUSED, "the machine refused: the console says why")
-                } else {
-                    Content::Done
-                };
-                client.reply(Reply::message(outcome.id, content));
+    /// Hears what the machine says. Returns how many bytes: a visitor who alone listens misses nothing.
+    pub fn hear(&mut self, bytes: &[u8], now_ms: u64) -> usize {
+        let heard = self.console.only_listener().and_then(|asker| self.client_of(asker)).map(|client| client.heard);
+        let taken = self.console.room(heard, now_ms).min(bytes.len());
+        self.console.hear(bytes.get(..taken).unwrap_or_default());
+        while let Some(Outcome { asker, id, ending, said }) = self.console.take_outcome() {
+            if let Some(client) = self.client_of(asker) {
+                client.reply(Reply::outcome(id, Content::of(ending), said));
             }
         }
+        taken
+    }
+
+    /// Returns the visitor who has asked, if it is still there.
+    fn client_of(&mut self, asker: Asker) -> Option<&mut Client> {
+        let seat = self.seats.get_mut(usize::from(asker.place))?;
+        seat.client.as_mut().filter(|_| seat.visit == asker.visit)
     }
 
     /// A peer has connected.
@@ -307,7 +315,7 @@ impl<const N: usize> Site<N> {
     fn seat(&mut self) -> Option<u8> {
         let (heard, state) = (self.console.end(), objects::klippy_state(self.snapshot.state));
         let (place, seat) = self.seats.iter_mut().enumerate().find(|(_, seat)| seat.client.is_none())?;
-        seat.client = Some(Client::new(heard, state));
+        seat.client = Some(Client::new(place as u8, heard, state));
         Some(place as u8)
     }
 
@@ -372,7 +380,8 @@ impl<const N: usize> Site<N> {
             Err(message) => return Some(Content::Error(codes::PARAMETERS, message)),
         };
         let visit = self.seats.get(usize::from(place)).map_or(0, |seat| seat.visit);
-        let has_room = self.console.take(Asker { place, visit }, id.cloned(), &script);
+        let listeners = if call.method == Method::Ask { Listeners::Asker } else { Listeners::All };
+        let has_room = self.console.take(Asker { place, visit }, id.cloned(), &script, listeners);
         (!has_room).then_some(Content::Error(codes::BUSY, "the machine has lines enough: wait for their answers"))
     }
 

@@ -76,6 +76,15 @@ impl Desk {
         messages(&heard)
     }
 
+    fn next_line(&mut self) -> Option<String> {
+        self.site.next_line(self.now).map(|line| line.as_str().to_owned())
+    }
+
+    /// Has the machine say something, all of which is heard.
+    fn say(&mut self, bytes: &[u8]) {
+        assert_eq!(self.site.hear(bytes, self.now), bytes.len());
+    }
+
     /// Shows a state, a period later. Returns the messages that come of it.
     fn show(&mut self, place: usize, snapshot: &Snapshot) -> Vec<String> {
         self.now += PERIOD_MS;
@@ -215,24 +224,56 @@ fn a_script_is_answered_when_the_machine_is_done() {
     desk.upgrade(1);
     let call = r#"{"jsonrpc":"2.0","method":"printer.gcode.script","params":{"script":"G28\nM105"},"id":"a1"}"#;
     assert_eq!(desk.call(0, call), Vec::<String>::new());
-    assert_eq!(desk.site.next_line().as_deref(), Some("G28\n"));
-    desk.site.hear(&[b'o', b'k', b'\n', DONE]);
-    assert_eq!(desk.site.next_line().as_deref(), Some("M105\n"));
-    desk.site.hear(b"ok T:21.5 /0.0 @0\n");
+    assert_eq!(desk.next_line().as_deref(), Some("G28\n"));
+    desk.say(&[b'o', b'k', b'\n', DONE]);
+    assert_eq!(desk.next_line().as_deref(), Some("M105\n"));
+    desk.say(b"ok T:21.5 /0.0 @0\n");
     let heard = desk.hear(1);
     assert_eq!(
         messages(&heard),
         [r#"{"jsonrpc":"2.0","method":"notify_gcode_response","params":["ok T:21.5 /0.0 @0"]}"#]
     );
-    desk.site.hear(&[DONE]);
+    desk.say(&[DONE]);
     let heard = desk.hear(0);
-    assert_eq!(messages(&heard)[0], r#"{"jsonrpc":"2.0","result":"ok","id":"a1"}"#);
+    assert_eq!(messages(&heard)[1], r#"{"jsonrpc":"2.0","result":"ok","id":"a1"}"#, "behind what was said");
     desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"M104 S999"},"id":2}"#);
-    desk.site.next_line();
-    desk.site.hear(b"error:too hot\n");
-    desk.site.hear(&[REFUSED]);
+    desk.next_line();
+    desk.say(b"error:too hot\n");
+    desk.say(&[REFUSED]);
     let heard = messages(&desk.hear(0));
-    assert!(heard[0].contains(r#""error":{"code":400"#) && heard[1].contains("too hot"), "{heard:?}");
+    assert!(heard[0].contains("notify_gcode_response") && heard[0].contains("too hot"), "{heard:?}");
+    assert_eq!(heard[1], r#"{"jsonrpc":"2.0","error":{"code":400,"message":"too hot"},"id":2}"#);
+}
+
+#[test]
+fn an_answer_comes_to_who_has_asked_before_its_end() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    desk.upgrade(1);
+    desk.call(0, r#"{"method":"velvet.ask","params":{"script":"version"},"id":3}"#);
+    assert_eq!(desk.next_line().as_deref(), Some("version\n"));
+    desk.say(b"Velvet 1\n\x07// the cable is out\nPrime\nok\n\x06");
+    let news = r#"{"jsonrpc":"2.0","method":"notify_gcode_response","params":["// the cable is out"]}"#;
+    let answer = |line| format!(r#"{{"jsonrpc":"2.0","method":"notify_velvet_answer","params":["{line}"]}}"#);
+    let done = r#"{"jsonrpc":"2.0","result":"ok","id":3}"#;
+    assert_eq!(messages(&desk.hear(0)), [&answer("Velvet 1"), news, &answer("Prime"), done]);
+    assert_eq!(messages(&desk.hear(1)), [news]);
+}
+
+#[test]
+fn a_long_answer_waits_for_who_has_asked() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    desk.call(0, r#"{"method":"velvet.ask","params":{"script":"help"},"id":3}"#);
+    desk.next_line();
+    let long: Vec<u8> = (0..400).flat_map(|line| format!("help of line {line}\n").into_bytes()).chain([DONE]).collect();
+    let (mut said, mut heard) = (0, Vec::new());
+    while said < long.len() {
+        said += desk.site.hear(&long[said..], desk.now);
+        heard.extend(messages(&desk.hear(0)));
+    }
+    assert_eq!(heard.len(), 401);
+    assert!(heard[399].contains("line 399") && heard[400].ends_with(r#""id":3}"#), "{:?}", &heard[399..]);
 }
 
 #[test]
@@ -242,8 +283,8 @@ fn a_script_of_who_has_left_answers_nobody_else() {
     desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"G28"},"id":1}"#);
     desk.site.close(0);
     desk.upgrade(1);
-    desk.site.next_line();
-    desk.site.hear(&[DONE]);
+    desk.next_line();
+    desk.say(&[DONE]);
     assert_eq!(messages(&desk.hear(1)), Vec::<String>::new());
 }
 
@@ -255,7 +296,7 @@ fn who_may_only_watch_may_stop_the_machine_and_nothing_else() {
         let call = format!(r#"{{"method":"{method}","params":{{"script":"G28"}},"id":1}}"#);
         assert!(desk.call(0, &call)[0].contains(r#""code":403"#), "{method}");
     }
-    assert_eq!((desk.site.next_line(), desk.site.take_stop().is_some()), (None, false));
+    assert_eq!((desk.next_line(), desk.site.take_stop().is_some()), (None, false));
     assert!(desk.call(0, r#"{"method":"printer.emergency_stop","id":1}"#)[0].contains("ok"));
     assert!(desk.site.take_stop().is_some());
 }
@@ -299,7 +340,7 @@ fn what_is_no_call_is_an_error() {
         let answer = desk.call(0, message);
         assert!(answer.len() == 1 && answer[0].contains(&format!(r#""code":{code}"#)), "{message}: {answer:?}");
     }
-    assert_eq!(desk.site.next_line(), None, "nothing of it has come to the machine");
+    assert_eq!(desk.next_line(), None, "nothing of it has come to the machine");
 }
 
 #[test]
@@ -369,7 +410,7 @@ fn a_call_without_an_id_is_not_answered() {
     desk.upgrade(0);
     assert_eq!(desk.call(0, r#"{"method":"server.info"}"#), Vec::<String>::new());
     assert_eq!(desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"M105"}}"#), Vec::<String>::new());
-    assert_eq!(desk.site.next_line().as_deref(), Some("M105\n"), "it is carried out all the same");
+    assert_eq!(desk.next_line().as_deref(), Some("M105\n"), "it is carried out all the same");
     assert_eq!(desk.call(0, r#"{"method":"no.such"}"#).len(), 0);
     assert_eq!(desk.call(0, "{").len(), 1, "no JSON: nobody knows whether there was an id");
 }

@@ -1,6 +1,6 @@
-//! Marks in what a session says whose peer is a program: one byte behind the answer to each of its lines, when
-//! the line is done, and whether it was refused; and one before news, which answer none of them. Text has
-//! none of these bytes.
+//! Marks in what a session says whose peer is a program: one byte behind the answer to each of its lines,
+//! when the line is done, and whether it was refused; and one before news, which answer none of them. Text
+//! has none of these bytes.
 
 use core::fmt::{self, Write};
 
