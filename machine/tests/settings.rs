@@ -195,7 +195,10 @@ fn config_set_refuses_what_the_next_boot_would() {
     ] {
         let said = bench.ask(line);
         assert!(said.starts_with("error:") && said.contains(says), "{line}: {said}");
+        let checked = bench.ask(&line.replace("config-set", "config-set --check"));
+        assert_eq!(checked, said, "{line}");
     }
+    assert_eq!(bench.ask("config-set --check planner planner_queue_size 48"), "ok\n");
     assert_eq!(bench.ask("config-set planner"), "Usage: config-set section key [value]\n");
     assert_eq!(bench.read_card("config.ini").as_deref(), Some(CARTESIAN));
 }

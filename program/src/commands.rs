@@ -168,8 +168,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("config-get", Command::File(FileCommand::ShowSection), "\"section\"", "show a section of config.ini").card(),
     command(
         "config-set", Command::File(FileCommand::SetSetting),
-        "\"section\" key [=] [value]",
-        "change a setting, or delete it; takes effect at the next reset",
+        "[--check] \"section\" key [=] [value]",
+        "change a setting, or delete it, with effect from the next reset; --check: only say what is wrong with it",
     ).card().for_owner(),
     command("config-load", Command::LoadSettings, "file", "replay saved settings").working().card(),
     command("load", Command::LoadSettings, "file", "replay saved settings").working().card(),

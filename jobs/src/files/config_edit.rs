@@ -67,12 +67,14 @@ impl Lines {
     }
 }
 
-/// `config-set "section" key [=] value`: changes or adds a setting; without a value deletes its line.
+/// `config-set [--check] "section" key [=] value`: changes or adds a setting; without a value deletes its
+/// line. `--check` only says what is wrong with the change.
 ///
 /// # Errors
 /// When the command cannot be understood, or the file cannot be written; the file is as it was.
 pub fn config_set<'c>(hands: &mut impl Hands<'c>, arguments: &str) -> Result<(), Failure> {
-    let (section, rest) = quoted(arguments);
+    let checked = arguments.trim_start().strip_prefix("--check ");
+    let (section, rest) = quoted(checked.unwrap_or(arguments));
     let (key, value) = rest.split_once([' ', '\t', '=']).unwrap_or((rest, ""));
     let value = value.trim_start_matches([' ', '\t']).trim_start_matches('=').trim();
     if section.is_empty() || key.is_empty() {
@@ -85,6 +87,9 @@ pub fn config_set<'c>(hands: &mut impl Hands<'c>, arguments: &str) -> Result<(),
     let edit = Edit { section, key, value: (!value.is_empty()).then_some(value) };
     if let Err(why) = check_edit(&edit) {
         hands.say(format_args!("error:{why}\n"));
+        return Ok(());
+    }
+    if checked.is_some() {
         return Ok(());
     }
     let changed = change_config(hands, edit);
