@@ -1,11 +1,12 @@
-// Bundles src/ into dist/: shell and style (first paint), more and views (loaded after it) and an icon, each compressed and with its
-// hash in its name; index.html by name. The same sources give the same bytes: `node check.mjs` holds dist/ to that.
+// Bundles src/ into dist/: shell and style (first paint), more and views (loaded after it), an icon and the schema of settings, each
+// compressed and with its hash in its name; index.html by name. The same sources give the same bytes: `node check.mjs` holds dist/ to that.
 import { createHash } from "node:crypto";
 import { mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join, relative, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 import { gzip } from "pako";
+import { schema } from "./schema.mjs";
 
 const ROOT = dirname(fileURLToPath(import.meta.url));
 const SRC = join(ROOT, "src");
@@ -63,10 +64,14 @@ export async function make() {
   const css = await style("src/style/page.css");
   const views = await style("src/style/later.css");
   const icon = readFileSync(join(SRC, "icon.svg"));
-  const names = { shell: first.name, more: hashed("more", "js", second), style: hashed("style", "css", css), views: hashed("views", "css", views), icon: hashed("icon", "svg", icon) };
+  const settings = Buffer.from(JSON.stringify(schema(ROOT)));
+  const names = {
+    shell: first.name, more: hashed("more", "js", second), style: hashed("style", "css", css), views: hashed("views", "css", views), icon: hashed("icon", "svg", icon),
+    settings: hashed("settings", "json", settings),
+  };
   const html = readFileSync(join(SRC, "index.html"), "utf8").replace(/\{(\w+)\}/g, (_, what) => names[what]);
   const files = new Map([
-    ["index.html", Buffer.from(html)], [names.style, css], [names.shell, first.bytes], [names.more, second], [names.views, views], [names.icon, icon],
+    ["index.html", Buffer.from(html)], [names.style, css], [names.shell, first.bytes], [names.more, second], [names.views, views], [names.icon, icon], [names.settings, settings],
   ]);
   const out = new Map();
   for (const [name, bytes] of files) out.set(`${name}.gz`, Buffer.from(gzip(bytes, { level: 9 })));
@@ -74,7 +79,7 @@ export async function make() {
   return out;
 }
 
-const KINDS = { html: "text/html; charset=utf-8", js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", svg: "image/svg+xml" };
+const KINDS = { html: "text/html; charset=utf-8", js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", svg: "image/svg+xml", json: "application/json" };
 
 /** An expression for `include!`: path, type and compressed bytes of each file. */
 function table(files) {

@@ -1,7 +1,7 @@
 // The methods of docs/api.md on the mock machine.
-import type { Changes, Job, Method, Params, Preflight, Result, Role, Setting, UpdateState } from "../src/api/types";
+import type { Method, Params, Result, Role } from "../src/api/types";
 import { ROLES } from "../src/api/types";
-import { check, readCodes, readSettings } from "./data";
+import { configSet, readCodes, sampleConfig } from "./data";
 import type { Card } from "./files";
 import { run } from "./gcode";
 import type { Machine } from "./machine";
@@ -10,7 +10,7 @@ export class Failure extends Error {
   readonly code: number;
   constructor(code: number, text: string) { super(text); this.code = code; }
 }
-export interface Client { role: Role; watches: Set<string>; told: Map<string, string> }
+export interface Client { role: Role; watches: Set<string>; told: Map<string, string>; hear: (line: string) => void }
 
 type Handlers = { [M in Method]?: (params: Params<M>, client: Client) => Result<M> | Promise<Result<M>> };
 const ORDER: Role[] = ["Nobody", "Watch", "Operate", "Own"];
@@ -18,14 +18,13 @@ const ORDER: Role[] = ["Nobody", "Watch", "Operate", "Own"];
 export class Api {
   readonly machine: Machine;
   readonly card: Card;
-  readonly settings: Setting[];
+  private readonly web: string;
   readonly started = Date.now();
   notify: (method: string, ...params: unknown[]) => void = () => undefined;
   private readonly codes: Record<string, string>;
   private lines: Result<"server.gcode_store">["gcode_store"] = [];
-  private jobs: Job[] = [];
   private readonly store = new Map<string, { temperatures: number[]; targets: number[]; powers: number[] }>();
-  private update: UpdateState;
+  private version = "0.9.2";
 
   /** A bare board has the printer's methods and objects, and nothing else: what a page has to bear with. */
   private readonly isBare: boolean;
@@ -34,17 +33,12 @@ export class Api {
     this.isBare = isBare;
     this.machine = machine;
     this.card = card;
-    this.settings = readSettings(web);
+    this.web = web;
     this.codes = readCodes(web);
-    const firmware = (version: string, commit: string) => ({ version, commit, bytes: 1438720, signed_by: "release" });
-    this.update = {
-      running: firmware("0.9.2", "59acdf77"), trial: { left_s: 600 }, previous: firmware("0.9.1", "a7e0bb03"),
-      offered: { ...firmware("0.9.3", "722774a6"), path: "flashme.bin", refused: null },
-    };
-    for (let at = 0; at < 40; at++) this.jobs.push(pastJob(at));
+    card.files.set("config.ini", { bytes: Buffer.from(sampleConfig(web, machine.isMill)), modified: Date.now() / 1000 });
+    for (const name of ["flashme.bin", "firmware.previous"]) card.files.set(name, { bytes: Buffer.alloc(2048), modified: Date.now() / 1000 });
     this.fillStore();
     machine.said = (text) => this.say(text);
-    machine.ended = (status) => this.jobEnded(status);
   }
 
   say(message: string): void {
@@ -70,19 +64,6 @@ export class Api {
       series.powers.push(heater.power ?? 0);
       for (const list of Object.values(series)) while (list.length > 600) list.shift();
     }
-  }
-
-  private jobStarted(filename: string): void {
-    const job: Job = { job_id: String(this.jobs.length + 1).padStart(6, "0"), filename, status: "in_progress", start_time: Date.now() / 1000, end_time: null, print_duration: 0, total_duration: 0, filament_used: 0 };
-    this.jobs.unshift(job);
-    this.notify("notify_history_changed", { action: "added", job });
-  }
-  private jobEnded(status: Job["status"]): void {
-    const job = this.jobs[0];
-    if (job?.status !== "in_progress") return;
-    const { print_duration, total_duration, filament_used } = this.machine.world.print_stats;
-    Object.assign(job, { status, end_time: Date.now() / 1000, print_duration, total_duration, filament_used });
-    this.notify("notify_history_changed", { action: "finished", job });
   }
 
   async answer(method: string, params: unknown, client: Client): Promise<unknown> {
@@ -140,31 +121,40 @@ export class Api {
     return this.changed("move_file", to, from);
   }
 
-  private preflight(path: string): Preflight {
+  /** Lines of `check`, as the board says them. */
+  private check(path: string): string[] {
     const text = this.card.files.get(this.file(path))!.bytes.toString("latin1");
     const lines = text.split("\n");
-    const findings: Preflight["findings"] = [];
+    const found: string[] = [];
     const { axis_maximum } = this.machine.world.toolhead;
     lines.forEach((line, index) => {
       const x = Number(/X(-?[\d.]+)/.exec(line)?.[1] ?? 0);
       if (/^G[01]/.test(line) && x > axis_maximum[0]!) {
-        findings.push({ line: index + 1, level: "stops", text: `machine X ${x.toFixed(3)} is out of travel, which ends at ${axis_maximum[0]!.toFixed(3)} ([soft endstop] x_max)`, remedy: "place the part elsewhere, or correct x_max" });
+        found.push(`line ${index + 1}: stops: machine X ${x.toFixed(3)} is out of travel, which ends at ${axis_maximum[0]!.toFixed(3)} ([soft endstop] x_max) (place the part elsewhere, or correct x_max)`);
       }
     });
-    if (lines.length > 4000) findings.push({ line: 22, level: "warning", text: "Z is asked for 50.0 mm/s and limited to 15.0 mm/s", remedy: "slice for that speed, or raise the limit" });
-    return { findings, lines: lines.length, whole: true, seconds: this.card.metadata(this.file(path))?.estimated_time ?? null, minimum: [80, 80, 0.2], maximum: [140, 140, 20] };
+    const stops = found.length;
+    if (lines.length > 4000) found.push("line 22: warning: Z is asked for 50.0 mm/s and limited to 15.0 mm/s (slice for that speed, or raise the limit)");
+    return [...found, `${lines.length} lines: ${stops} stop the job, ${found.length - stops} warnings`, "time: 0:12:31 without heating (moving 745.2 s, 31 % of it changing speed; waiting 0.0 s; homing about 6.0 s)"];
   }
 
-  private set(changes: Changes): Result<"velvet.settings.set"> {
-    const findings = check(this.settings, changes);
-    const stored = !findings.some((one) => one.level === "error");
-    if (stored) {
-      for (const [name, value] of Object.entries(changes)) {
-        const one = this.settings.find((setting) => `${setting.section}/${setting.key}` === name)!;
-        Object.assign(one, { value: value ?? one.default ?? "", is_set: value !== null });
-      }
-    }
-    return { findings, restart: stored, stored };
+  /** A line whose answer is for the asker alone. */
+  private inquire(line: string, hear: (text: string) => void): "ok" {
+    const config = this.card.files.get("config.ini")!;
+    if (line.startsWith("check ")) this.check(`gcodes/${/"\/sd\/(.*)"/.exec(line)?.[1] ?? ""}`).forEach(hear);
+    else if (line === "version") [`STM32H745 on Prime. board_id: 00`, `Build version: ${this.version}`, "Firmware: came with flashme.bin, on trial: start 1 of 3"].forEach(hear);
+    else if (line === "M78") ["jobs: 412 done, 9 broken off", "time: 750:12:40 in jobs (20:01:02 of it still), the longest 16:56:40"].forEach(hear);
+    else if (line.startsWith("cp ")) this.card.files.set("flashme.bin", this.card.files.get("firmware.previous")!);
+    else if (line === "flash") {
+      this.version = "0.9.1";
+      hear("looking at /sd/flashme.bin");
+      hear("flashme.bin holds 0.9.1: it is installed in a second, which takes some 20 s; leave power on and the card in");
+    } else if (line.startsWith("config-set ")) {
+      const changed = configSet(this.web, config.bytes.toString(), line);
+      if ("wrong" in changed) hear(`error:${changed.wrong}`);
+      else config.bytes = Buffer.from(changed.file);
+    } else throw new Failure(400, `Unsupported command - ${line}`);
+    return "ok";
   }
 
   private readonly handlers: Handlers = {
@@ -185,7 +175,6 @@ export class Api {
     "printer.print.start": ({ filename }) => {
       const refused = this.machine.mode === "Alarm" ? "the machine is halted; unlock it first" : this.machine.startJob(filename);
       if (refused) throw new Failure(400, refused);
-      this.jobStarted(filename);
       return "ok";
     },
     "printer.print.pause": () => { this.machine.pause(); return "ok"; },
@@ -205,8 +194,6 @@ export class Api {
     "server.files.post_directory": ({ path }) => { const inner = path.replace(/^gcodes\/?/, ""); this.card.folders.add(inner); return this.changed("create_dir", inner); },
     "server.temperature_store": () => Object.fromEntries(this.store),
     "server.gcode_store": ({ count }) => ({ gcode_store: this.lines.slice(-count) }),
-    "server.history.list": ({ limit, start }) => ({ count: this.jobs.length, jobs: this.jobs.slice(start, start + limit) }),
-    "server.history.totals": () => ({ job_totals: { total_jobs: 412, total_time: 3.1e6, total_print_time: 2.7e6, total_filament_used: 1.9e6, longest_job: 61000, longest_print: 58000 } }),
     "access.post_api_key": () => "4f1c8e0a9b7d4c55a2e3f6b1d0987c24",
     "velvet.jog.step": ({ axis, mm, mm_per_min }) => {
       const refused = this.machine.moveBy(axis, mm, mm_per_min);
@@ -229,31 +216,6 @@ export class Api {
       const points = path.slice(from, from + 1500);
       return { next: pathStart + from + points.length, lost: seq < pathStart, points };
     },
-    "velvet.settings.list": ({ start }) => {
-      const settings = this.settings.slice(start, start + 40);
-      return { settings, next: start + 40 < this.settings.length ? start + 40 : null, total: this.settings.length };
-    },
-    "velvet.settings.get": ({ section, key }) => {
-      const found = this.settings.find((one) => one.section === section && one.key === key);
-      if (!found) throw new Failure(404, "There is no such setting.");
-      return found;
-    },
-    "velvet.settings.check": ({ changes }) => ({ findings: check(this.settings, changes), restart: true }),
-    "velvet.settings.set": ({ changes }) => this.set(changes),
-    "velvet.preflight": ({ path }) => this.preflight(path),
-    "velvet.update.state": () => this.update,
-    "velvet.update.install": () => { this.update = { ...this.update, previous: this.update.running, running: this.update.offered!, offered: null, trial: { left_s: 600 } }; return "ok"; },
-    "velvet.update.confirm": () => { this.update = { ...this.update, trial: null }; return "ok"; },
-    "velvet.update.back": () => { this.update = { ...this.update, running: this.update.previous!, previous: null, trial: null }; return "ok"; },
-  };
-}
-
-function pastJob(at: number): Job {
-  const start = Date.now() / 1000 - 7200 - at * 40000;
-  const took = 1800 + ((at * 7919) % 14000);
-  const names = ["ribbon-vase.gcode", "parts/bracket-left.gcode", "tall-vase.gcode", "parts/bracket-right.gcode", "calibration/first-layer.gcode"];
-  return {
-    job_id: String(40 - at).padStart(6, "0"), filename: names[at % 5]!, status: at % 9 === 4 ? "cancelled" : at % 13 === 7 ? "error" : "completed",
-    start_time: start, end_time: start + took, print_duration: took * 0.95, total_duration: took, filament_used: took * 1.3,
+    "velvet.ask": ({ script }, client) => this.inquire(script, client.hear),
   };
 }

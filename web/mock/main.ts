@@ -14,7 +14,7 @@ import { Machine } from "./machine";
 export interface Wanted { web: string; port: number; kind: "printer" | "mill"; entry: "open" | "login" | "watch" | "first"; speed: number; bare?: boolean }
 export interface Board { port: number; machine: Machine; code: () => string; close: () => Promise<void> }
 
-const KINDS: Record<string, string> = { html: "text/html; charset=utf-8", js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", svg: "image/svg+xml", png: "image/png" };
+const KINDS: Record<string, string> = { html: "text/html; charset=utf-8", js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", svg: "image/svg+xml", json: "application/json", png: "image/png" };
 
 class Doors {
   password: string | null;
@@ -108,7 +108,7 @@ function page(web: string, url: string, response: ServerResponse): void {
 }
 
 function attach(api: Api, doors: Doors, clients: Map<WebSocket, Client>, socket: WebSocket, cookie: string | undefined): void {
-  const client: Client = { role: doors.role(cookie), watches: new Set(), told: new Map() };
+  const client: Client = { role: doors.role(cookie), watches: new Set(), told: new Map(), hear: (line) => socket.send(JSON.stringify({ jsonrpc: "2.0", method: "notify_velvet_answer", params: [line] })) };
   clients.set(socket, client);
   socket.on("close", () => clients.delete(socket));
   socket.on("message", async (data) => {

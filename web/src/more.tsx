@@ -1,6 +1,6 @@
 // The second file: all views.
 import type { ComponentType } from "preact";
-import { on } from "./api/link";
+import { effect } from "@preact/signals";
 import { BedView } from "./more/bed";
 import { ConsoleView } from "./more/console";
 import { FilesView } from "./more/files";
@@ -10,12 +10,19 @@ import { SettingsView } from "./more/settings";
 import { SystemView } from "./more/system";
 import { WorkView } from "./more/work";
 import { duration, plainName } from "./shell/format";
+import { obj } from "./state/machine";
 import { say } from "./state/notices";
 import type { View } from "./state/route";
 
-const ENDS: Record<string, string> = { completed: "is done", cancelled: "was cancelled", error: "was broken off", klippy_shutdown: "ended with a halt" };
-on("notify_history_changed", ({ action, job }) => {
-  if (action === "finished") say(job.status === "completed" ? "done" : "info", `${plainName(job.filename)} ${ENDS[job.status] ?? "has ended"} after ${duration(job.total_duration)}.`);
+const ENDS: Record<string, string> = { complete: "is done", cancelled: "was cancelled", error: "was broken off" };
+let lastState: string | undefined;
+effect(() => {
+  const job = obj("print_stats");
+  const before = lastState;
+  lastState = job?.state;
+  if ((before === "printing" || before === "paused") && job && ENDS[job.state]) {
+    say(job.state === "complete" ? "done" : "info", `${plainName(job.filename)} ${ENDS[job.state]} after ${duration(job.total_duration)}.`);
+  }
 });
 
 export const views: Record<View, ComponentType> = {

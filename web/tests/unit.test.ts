@@ -5,6 +5,8 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { ROLES } from "../src/api/types";
 import { pathReader } from "../src/parts/gcode";
+import { readPreflight } from "../src/parts/preflight";
+import { readIni, type Schema, settingsOf } from "../src/parts/settings";
 import { bytes, duration, num, plainName } from "../src/shell/format";
 
 /** Methods with their roles, as the table of docs/api.md has them. */
@@ -55,4 +57,22 @@ test("writes figures as people read them", () => {
   assert.deepEqual([12, 75, 2400, 7260, 400000].map(duration), ["12 s", "1 min 15 s", "40 min", "2 h 01 min", "4 d 15 h"]);
   assert.deepEqual([999, 1500, 25_300_000].map(bytes), ["999 B", "1.5 kB", "25 MB"]);
   assert.equal(plainName("parts/left bracket.gcode"), "left bracket");
+});
+
+test("reads what the machine says to a file", () => {
+  const found = readPreflight(["line 7: stops: X 300 is out (move it) here (place it elsewhere)", "hole.ngc, line 2: warning: S is asked (turn it on (M3) before)", "9 lines: 1 stop the job, 1 warnings"]);
+  assert.deepEqual(found.findings, [
+    { line: 7, stops: true, text: "X 300 is out (move it) here", remedy: "place it elsewhere" }, { file: "hole.ngc", line: 2, stops: false, text: "S is asked", remedy: "turn it on (M3) before" },
+  ]);
+  assert.deepEqual(found.totals, ["9 lines: 1 stop the job, 1 warnings"]);
+});
+
+test("puts settings together from the schema and the file", () => {
+  const schema: Schema = { general: { all: { dialect: [["a", "b"], "a", "Which."] } }, switch: { each: { enable: ["boolean", "false", "There is."] } }, volts: { free: ["text", null, "Pin.", "V"] } };
+  const written = readIni("# head\n[general]\ndialect = b # why\n\n[switch]\nfan.enable=true\n[volts]\nvmotor = ADC3_0\n");
+  const all = settingsOf(schema, written, ["switch/lamp"]);
+  assert.deepEqual(all.map((one) => [one.section, one.key, one.value, one.isSet]), [
+    ["general", "dialect", "b", true], ["switch", "fan.enable", "true", true], ["switch", "lamp.enable", "false", false], ["volts", "vmotor", "ADC3_0", true],
+  ]);
+  assert.deepEqual([all[0]!.type, all[0]!.choices, all[3]!.unit], ["choice", ["a", "b"], "V"]);
 });

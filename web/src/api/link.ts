@@ -26,7 +26,7 @@ const BEAT_MS = 1000;
 const SILENCE_MS = 8000;
 const ANSWER_MS = 20000;
 /** Those that end when the machine has done it, however long that takes. */
-const UNHURRIED = new Set<Method>(["printer.gcode.script", "velvet.preflight", "printer.print.cancel"]);
+const UNHURRIED = new Set<Method>(["printer.gcode.script", "velvet.ask", "printer.print.cancel"]);
 
 interface Waiting { done: (value: unknown) => void; failed: (error: Error) => void; timer: number }
 

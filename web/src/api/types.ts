@@ -129,54 +129,6 @@ export interface Metadata {
 }
 export interface Series { temperatures: number[]; targets?: number[]; powers?: number[] }
 export interface StoreLine { message: string; time: number; type: "command" | "response" }
-export interface Job {
-  job_id: string;
-  filename: string;
-  status: "in_progress" | "completed" | "cancelled" | "error" | "klippy_shutdown";
-  start_time: number;
-  end_time: number | null;
-  print_duration: number;
-  total_duration: number;
-  filament_used: number;
-}
-export interface Totals {
-  total_jobs: number;
-  total_time: number;
-  total_print_time: number;
-  total_filament_used: number;
-  longest_job: number;
-  longest_print: number;
-}
-
-export interface Setting {
-  section: string;
-  key: string;
-  type: "boolean" | "number" | "integer" | "text" | "pin" | "choice";
-  value: string;
-  default: string | null;
-  /** Written in the configuration, not only the default. */
-  is_set: boolean;
-  unit?: string;
-  min?: number;
-  max?: number;
-  choices?: string[];
-  help: string;
-  /** When a change acts. */
-  acts: "now" | "restart";
-}
-export interface SettingFinding { key: string; level: Level; text: string }
-export type Changes = Record<string, string | null>;
-
-export interface Finding { line: number; file?: string; level: "stops" | "warning" | "note"; text: string; remedy: string }
-export interface Preflight { findings: Finding[]; lines: number; whole: boolean; seconds: number | null; minimum?: number[]; maximum?: number[] }
-
-export interface Firmware { version: string; commit: string; bytes: number; signed_by: string | null }
-export interface UpdateState {
-  running: Firmware;
-  trial: { left_s: number } | null;
-  previous: Firmware | null;
-  offered: (Firmware & { path: string; refused: string | null }) | null;
-}
 export interface PathPiece { next: number; lost: boolean; points: number[][] }
 export interface PasswordStep { state: "confirm"; shown_on: string; expires_s: number }
 export interface AccessInfo { login_required: boolean; password_set: boolean; role: Role; default_source: string; available_sources: string[] }
@@ -207,14 +159,13 @@ export interface Methods {
   "server.files.post_directory": [{ path: string }, { item: { root: string; path: string }; action: string }];
   "server.temperature_store": [Nothing, Record<string, Series>];
   "server.gcode_store": [{ count: number }, { gcode_store: StoreLine[] }];
-  "server.history.list": [{ limit: number; start: number }, { count: number; jobs: Job[] }];
-  "server.history.totals": [Nothing, { job_totals: Totals }];
   "access.info": [Nothing, AccessInfo];
   "access.get_user": [Nothing, User];
   "access.login": [{ username: string; password: string }, { username: string; role: Role; action: string }];
   "access.logout": [Nothing, { username: string; action: string }];
   "access.post_api_key": [{ name: string }, string];
   "velvet.password.set": [{ password: string } | { code: string }, PasswordStep | Ok];
+  "velvet.ask": [{ script: string }, Ok];
   "velvet.jog.step": [{ axis: Axis; mm: number; mm_per_min: number }, Ok];
   "velvet.jog.start": [{ axis: Axis; direction: 1 | -1; mm_per_min: number }, { id: number }];
   "velvet.jog.beat": [{ id: number }, Ok];
@@ -222,15 +173,6 @@ export interface Methods {
   "velvet.home": [{ axes: string }, Ok];
   "velvet.override.set": [{ feed?: number; rapid?: number; spindle?: number }, Ok];
   "velvet.path.since": [{ seq: number }, PathPiece];
-  "velvet.settings.list": [{ start: number }, { settings: Setting[]; next: number | null; total: number }];
-  "velvet.settings.get": [{ section: string; key: string }, Setting];
-  "velvet.settings.check": [{ changes: Changes }, { findings: SettingFinding[]; restart: boolean }];
-  "velvet.settings.set": [{ changes: Changes }, { findings: SettingFinding[]; restart: boolean; stored: boolean }];
-  "velvet.preflight": [{ path: string }, Preflight];
-  "velvet.update.state": [Nothing, UpdateState];
-  "velvet.update.install": [{ path: string }, Ok];
-  "velvet.update.confirm": [Nothing, Ok];
-  "velvet.update.back": [Nothing, Ok];
 }
 export type Method = keyof Methods;
 export type Params<M extends Method> = Methods[M][0];
@@ -256,14 +198,8 @@ export const ROLES: { [M in Method]: Role } = {
   "server.files.metadata": "Watch",
   "server.temperature_store": "Watch",
   "server.gcode_store": "Watch",
-  "server.history.list": "Watch",
-  "server.history.totals": "Watch",
   "velvet.path.since": "Watch",
-  "velvet.settings.list": "Watch",
-  "velvet.settings.get": "Watch",
-  "velvet.settings.check": "Watch",
-  "velvet.preflight": "Watch",
-  "velvet.update.state": "Watch",
+  "velvet.ask": "Watch",
   "printer.gcode.script": "Operate",
   "printer.firmware_restart": "Operate",
   "printer.print.start": "Operate",
@@ -281,10 +217,6 @@ export const ROLES: { [M in Method]: Role } = {
   "server.files.delete_directory": "Own",
   "server.files.move": "Own",
   "access.post_api_key": "Own",
-  "velvet.settings.set": "Own",
-  "velvet.update.install": "Own",
-  "velvet.update.confirm": "Own",
-  "velvet.update.back": "Own",
 };
 
 export interface Notifications {
@@ -293,8 +225,8 @@ export interface Notifications {
   notify_klippy_shutdown: [];
   notify_klippy_disconnected: [];
   notify_gcode_response: [string];
+  notify_velvet_answer: [string];
   notify_filelist_changed: [{ action: string; item: { root: string; path: string }; source_item?: { root: string; path: string } }];
-  notify_history_changed: [{ action: "added" | "finished"; job: Job }];
   notify_proc_stat_update: [{ system_cpu_usage?: { cpu: number }; cpu_temp?: number }];
 }
 export type Notification = keyof Notifications;

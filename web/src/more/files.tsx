@@ -1,7 +1,8 @@
 // Files on the card: folders, pictures, uploads by button or drop, and a look at what a job asks before it starts.
 import { useSignal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import type { Directory, FileEntry, Metadata, Preflight } from "../api/types";
+import type { Directory, FileEntry, Metadata } from "../api/types";
+import { inquire } from "../api/inquire";
 import { call, on } from "../api/link";
 import { Bar, Button, Card, Dialog, Empty } from "../shell/parts";
 import { baseName, bytes, clock, duration, num } from "../shell/format";
@@ -10,6 +11,7 @@ import { isLive, isPlaying, mode, obj } from "../state/machine";
 import { ask, say } from "../state/notices";
 import { isOwner, mayOperate } from "../state/session";
 import { thumbnailUrl } from "../parts/job";
+import { type Preflight, readPreflight } from "../parts/preflight";
 import { Preview } from "../parts/preview";
 import { cancelUpload, clearUploads, openedFile, putFiles, uploads } from "../parts/upload";
 
@@ -60,16 +62,19 @@ function FileCard({ path, entry, onOpen }: { path: string; entry: FileEntry; onO
 }
 
 function Findings({ found }: { found: Preflight }) {
-  if (!found.findings.length) return <p class="good row"><Icon name="check" /> {found.lines} lines were read; nothing stands in the way.</p>;
   return (
-    <ul class="findings">
-      {found.findings.map((one, at) => (
-        <li key={at} class={one.level}>
-          <span class={`tag ${one.level === "stops" ? "bad" : "warn"}`}>{one.file ? `${one.file}, ` : ""}line {one.line}</span>
-          <span><b>{one.level === "stops" ? "Stops: " : ""}</b>{one.text} <small>({one.remedy})</small></span>
-        </li>
-      ))}
-    </ul>
+    <>
+      {!found.findings.length && <p class="good row"><Icon name="check" /> Nothing stands in the way.</p>}
+      <ul class="findings">
+        {found.findings.map((one, at) => (
+          <li key={at} class={one.stops ? "stops" : "warning"}>
+            <span class={`tag ${one.stops ? "bad" : "warn"}`}>{one.file ? `${one.file}, ` : ""}line {one.line}</span>
+            <span><b>{one.stops ? "Stops: " : ""}</b>{one.text} <small>({one.remedy})</small></span>
+          </li>
+        ))}
+      </ul>
+      {found.totals.map((one) => <p key={one} class="quiet">{one}</p>)}
+    </>
   );
 }
 
@@ -90,7 +95,7 @@ function FileDialog({ path, onClose }: { path: string; onClose: () => void }) {
   const isSeen = useSignal(false);
   useEffect(() => {
     void call("server.files.metadata", { filename: path }).then((one) => { meta.value = one; }).catch(() => undefined);
-    if (isJob(path)) void call("velvet.preflight", { path: `gcodes/${path}` }).then((one) => { found.value = one; }).catch((error: Error) => { failed.value = error.message; });
+    if (isJob(path)) void inquire(`check "/sd/${path}"`).then((lines) => { found.value = readPreflight(lines); }).catch((error: Error) => { failed.value = error.message; });
   }, [path]);
   const start = async () => { if (await ask("printer.print.start", { filename: path })) { onClose(); location.hash = "#/job"; } };
   const rename = async () => {
@@ -101,9 +106,9 @@ function FileDialog({ path, onClose }: { path: string; onClose: () => void }) {
   const remove = async () => { if (await ask("server.files.delete_file", { path: `gcodes/${path}` })) { say("done", `${baseName(path)} is removed.`); onClose(); } };
   const one = meta.value;
   const picture = one && thumbnailUrl(one, 180);
-  const stops = found.value?.findings.some((finding) => finding.level === "stops");
+  const stops = found.value?.findings.some((finding) => finding.stops);
   const facts: [string, string | undefined][] = [
-    ["Size", bytes(one?.size)], ["Foreseen", one?.estimated_time ? duration(one.estimated_time) : found.value?.seconds ? duration(found.value.seconds) : undefined],
+    ["Size", bytes(one?.size)], ["Foreseen", one?.estimated_time ? duration(one.estimated_time) : undefined],
     ["Filament", one?.filament_total ? `${num(one.filament_total / 1000, 1)} m ${one.filament_type ?? ""}` : undefined], ["Layer", one?.layer_height ? `${one.layer_height} mm` : undefined], ["Made by", one?.slicer],
   ];
   return (

@@ -16,7 +16,7 @@ export function mayCall(method: Method): boolean {
   return ORDER.indexOf(role.value) >= ORDER.indexOf(ROLES[method]);
 }
 export const mayOperate = computed(() => mayCall("printer.gcode.script"));
-export const isOwner = computed(() => mayCall("velvet.settings.set"));
+export const isOwner = computed(() => mayCall("server.files.delete_file"));
 
 const opened = new Set<() => void>();
 /** Calls `then` whenever there is a connection that may watch. */
