@@ -59,9 +59,9 @@ pub enum Listeners {
 pub enum Ending {
     /// All lines were carried out.
     Done,
-    /// The machine refused a line; where it said why, the place of that in what it said.
+    /// The machine refused a line, or was stopped; where it said why, the place of that in what it said.
     Refused(Option<u32>),
-    /// The machine was stopped, or the answer was broken off as others waited.
+    /// The answer was broken off as others waited.
     BrokenOff,
 }
 
@@ -182,7 +182,7 @@ impl Console {
         self.waiting.clear();
         for (place, script) in self.scripts.iter_mut().enumerate() {
             script.lines = u16::from(place == 0 && self.is_busy);
-            script.ending = Ending::BrokenOff;
+            script.ending = Ending::Refused(script.reason);
         }
     }
 
@@ -371,7 +371,7 @@ mod tests {
         assert!(console.take_outcome().is_none(), "the first line is still in work");
         console.hear(b"\x15");
         let endings: Vec<_> = (0..4).filter_map(|_| console.take_outcome()).map(|outcome| outcome.ending).collect();
-        assert_eq!(endings, [Ending::BrokenOff; 3]);
+        assert_eq!(endings, [Ending::Refused(None); 3]);
     }
 
     #[test]

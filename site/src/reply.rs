@@ -59,7 +59,7 @@ impl Content {
         match ending {
             Ending::Done => Self::Done,
             Ending::Refused(reason) => Self::Refused(reason),
-            Ending::BrokenOff => Self::Error(codes::BUSY, "broken off: the machine was stopped, or others had lines"),
+            Ending::BrokenOff => Self::Error(codes::BUSY, "broken off, as another visitor has lines for the machine"),
         }
     }
 }

@@ -89,6 +89,20 @@ fn a_page_stops_the_machine_at_once() {
 }
 
 #[test]
+fn an_answer_of_many_lines_comes_whole_to_who_asks() {
+    let mut net = Net::with_address(plan(&[OPEN, PAGE]));
+    let (asker, other) = (socket(&mut net), socket(&mut net));
+    call(&mut net, asker, "velvet.ask", r#""script":"help""#, 1);
+    let told = net.expect(asker, r#""result":"ok","id":1"#, 5 * SECOND);
+    // All commands, from the first to the last: twice what the board has room for.
+    assert!(told.matches(r#""method":"notify_velvet_answer""#).count() >= 55, "{told}");
+    assert!(told.contains("help [command or code] - list the commands") && told.contains("$SLP  - sleep"), "{told}");
+    call(&mut net, other, "printer.gcode.script", r#""script":"M118 for all""#, 2);
+    let told = net.expect(other, r#""result":"ok","id":2"#, 5 * SECOND);
+    assert!(told.contains("for all") && !told.contains("notify_velvet_answer"), "{told}");
+}
+
+#[test]
 fn with_a_password_nobody_sees_more_than_the_page() {
     let mut net = Net::with_address(plan(&[PAGE]));
     assert!(get(&mut net, "/").starts_with("HTTP/1.1 200 "));
