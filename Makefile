@@ -26,7 +26,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 endif
 
 .PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
-.PHONY: web test-web
+.PHONY: web page test-web test-page
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
 help:
@@ -44,6 +44,7 @@ demo: target/toolchain.mk
 test: target/toolchain.mk
 	@$(MAKE) -j2 test-desk test-builds
 	@$(MAKE) -j2 test-image test-virtual
+	@$(MAKE) test-page
 	@echo "all tests passed"
 
 ## make firmware                 boot stage and image: target/thumbv7em-none-eabihf/release/firmware, all of it as plain bytes in
@@ -64,6 +65,12 @@ seal: target/toolchain.mk
 ## make web                      the page that the board serves, web/dist, from its sources, and its check; needs npm
 web:
 	@cd web && npm ci --no-audit --no-fund && npm run --silent build && npm run --silent check
+
+## make page [QUICK=1] [ONLY=name]    the page in a browser, from the unmodified image on the virtual board: each function, and pictures in out/page;
+##                               needs npm and Chromium
+page: virtual-prime firmware
+	@cd web && { test -x node_modules/.bin/esbuild || npm ci --silent --no-audit --no-fund --prefer-offline; }
+	@node web/tests/board.mjs "$(VPRIME)" "$(IMAGE)" out/page $(if $(QUICK),--quick) $(if $(ONLY),"$(ONLY)")
 
 ## make velvet                   the program for the desk, target/native/velvet: check, send, flash, sign, verify...
 velvet: target/toolchain.mk
@@ -198,6 +205,15 @@ test-web:
 	elif ! (cd web && test -x node_modules/.bin/esbuild || npm ci --silent --no-audit --no-fund --prefer-offline); then \
 	    echo "npm cannot fetch the page's packages: the check of the page is left out"; \
 	else cd web && npm run --silent check -- --quick; fi
+
+# The first of the tests of `make page`, where there is a browser.
+test-page: firmware emulator
+	@echo "== the page on the image"
+	@if ! command -v npm >/dev/null 2>&1 || ! command -v "$${CHROMIUM:-chromium}" >/dev/null 2>&1; then \
+	    echo "npm or Chromium is not installed: the page in a browser is left out"; \
+	elif ! (cd web && test -x node_modules/.bin/esbuild || npm ci --silent --no-audit --no-fund --prefer-offline); then \
+	    echo "npm cannot fetch the page's packages: the page in a browser is left out"; \
+	else test -x $(VPRIME) || $(MAKE) virtual-prime; node web/tests/board.mjs "$(VPRIME)" "$(IMAGE)" out/page --quick; fi
 
 test-host: target/toolchain.mk
 	@echo "== host crates and scenarios"

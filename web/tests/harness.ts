@@ -20,8 +20,8 @@ export async function closeBrowser(): Promise<void> { await browser?.close(); br
 export interface Look { width?: number; height?: number; dark?: boolean; touch?: boolean; scale?: number }
 export interface Opened { page: Page; context: BrowserContext; errors: string[]; board: Board | null; url: string; close: () => Promise<void> }
 
-export async function open(wanted: Partial<Wanted> = {}, look: Look = {}): Promise<Opened> {
-  const given = process.env.VELVET_URL;
+export async function open(wanted: Partial<Wanted> = {}, look: Look = {}, at?: string): Promise<Opened> {
+  const given = at ?? process.env.VELVET_URL;
   const board = given ? null : await serve({ web: WEB, port: 0, kind: "printer", entry: "open", speed: 1, ...wanted });
   const url = given ?? `http://127.0.0.1:${board?.port}/`;
   const context = await (await theBrowser()).newContext({

@@ -4,7 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { call } from "../api/link";
 import { Button, Card } from "../shell/parts";
 import { clock } from "../shell/format";
-import { addLine, codes, consoleLines } from "../state/history";
+import { addLine, codes, consoleLines, isBad } from "../state/history";
 import { kept } from "../state/prefs";
 import { isLive } from "../state/machine";
 import { mayOperate } from "../state/session";
@@ -42,7 +42,7 @@ function Lines() {
   return (
     <div class="lines" ref={box} role="log" aria-label="Lines and answers" tabIndex={0}>
       {lines.map((line, at) => (
-        <div key={at} class={`line ${line.type} ${line.message.startsWith("!!") ? "bad" : line.message.startsWith("//") ? "info" : ""}`}>
+        <div key={at} class={`line ${line.type} ${isBad(line.message) ? "bad" : line.message.startsWith("//") ? "info" : ""}`}>
           <time>{clock(line.time)}</time><span>{line.message}</span>
         </div>
       ))}

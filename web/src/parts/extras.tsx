@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { Macro } from "../api/types";
 import { Button, Card, Dialog, Empty } from "../shell/parts";
 import { clock } from "../shell/format";
-import { consoleLines } from "../state/history";
+import { consoleLines, isBad } from "../state/history";
 import { isLive, mode, obj } from "../state/machine";
 import { script } from "../state/notices";
 import { mayOperate } from "../state/session";
@@ -51,7 +51,7 @@ function lastWords(): Word[] {
   const messages = obj("velvet")?.messages ?? [];
   if (messages.length) return messages.map((one) => ({ time: one.time, isBad: one.level === "error", text: one.text }));
   return consoleLines.value.filter((line) => line.type === "response" && !/^ok\b/.test(line.message))
-    .map((line) => ({ time: line.time, isBad: line.message.startsWith("!!"), text: line.message.replace(/^(!!|\/\/) ?/, "") }));
+    .map((line) => ({ time: line.time, isBad: isBad(line.message), text: line.message.replace(/^(!!|\/\/|error:) ?/, "") }));
 }
 
 export function LastWords() {

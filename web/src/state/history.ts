@@ -57,6 +57,9 @@ function sample(): void {
 
 export const consoleLines = signal<StoreLine[]>([]);
 const KEPT = 500;
+/** A refusal, a fault or a halt, by how the machine begins such lines. */
+export const isBad = (message: string) => /^(!!|error:|ALARM|ERROR)/.test(message);
+
 export function addLine(line: StoreLine): void {
   consoleLines.value = [...consoleLines.peek().slice(1 - KEPT), line];
 }
