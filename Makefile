@@ -35,10 +35,10 @@ help:
 target/toolchain.mk: scripts/toolchain.sh Cargo.toml
 	@scripts/toolchain.sh $@
 
-## make demo                     print a real part on the virtual board, and a report to look at
+## make demo [NET=1]             print a real part on the virtual board, and a report to look at; NET=1: watch it print in a browser
 demo: target/toolchain.mk
 	@$(MAKE) -j2 virtual-prime firmware
-	@MAKE="$(MAKE)" scripts/demo.sh
+	@MAKE="$(MAKE)" scripts/demo$(if $(NET),-net).sh
 
 ## make test                     every test: host crates, scenarios, the image on the virtual board
 test: target/toolchain.mk
