@@ -159,6 +159,9 @@ fn jog_continuously<'c>(hands: &mut impl Hands<'c>, by: &PerAxis<f64>, rate: f64
     if !hands.can_be_stopped() {
         return Err(Failure::refused(&"unable to set continuous jog mode"));
     }
+    // A request to stop that came before this jog's line is not meant for it; one behind the line has dropped
+    // the line, or comes during the waits from here on.
+    let _before = hands.stop_requested();
     hands.standstill()?;
     let braking = hands.motion(|motion| motion.config().map_or(0.0, |config| config.limits.braking_length(rate)));
     let length = if braking > LEAST_PIECE { braking } else { LEAST_PIECE };
@@ -266,6 +269,15 @@ mod tests {
         bench.halt(base::reason::Alarm::Abort, format_args!("ALARM\n"));
         assert_eq!(jog(&mut bench, "X1", None), Err(Failure::HALTED));
         assert_eq!(bench.position()[Axis::X], 1.0, "nothing of the others was made");
+    }
+
+    #[test]
+    fn a_stop_that_came_before_a_continuous_jog_does_not_end_it() {
+        let mut bench = machine("", [-900.0; 3]);
+        bench.stops = true;
+        bench.later(units::Micros::from_millis(500), |bench| bench.stops = true);
+        assert_eq!(jog(&mut bench, "-c X1 F1800", None), Ok(Answer::Ok));
+        assert!(bench.position()[Axis::X] > 10.0, "{:?}", bench.position());
     }
 
     #[test]

@@ -248,7 +248,7 @@ impl Inbox {
             self.reset_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
         }
         if matches!(request, Realtime::Stop | Realtime::JogCancel | Realtime::Hold) {
-            self.stopped_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
+            self.note_stop();
         }
         self.request(request);
     }
@@ -495,5 +495,6 @@ impl Inbox {
 }
 
 mod held_back;
+mod jogs;
 #[cfg(test)]
 mod tests;

@@ -262,3 +262,12 @@ proptest! {
         prop_assert!(lost == 0 || sent.iter().map(|line| line.len() + 1).sum::<usize>() >= INBOX_BYTES - 1);
     }
 }
+
+#[test]
+fn a_transport_ends_jogs_of_the_lines_that_it_sent_before() {
+    let (inbox, mut intake) = (serial(), Intake::new());
+    let _kept = inbox.receive_all(&mut intake, b"$J -c X1\n");
+    inbox.cancel_jogs();
+    let _kept = inbox.receive_all(&mut intake, b"$J -c X-1\n");
+    assert_eq!((inbox.take_request(), inbox.stopped_at()), (Some(Realtime::JogCancel), 9));
+}
