@@ -81,6 +81,10 @@ impl Page {
             inbox.request(Realtime::JogCancel);
             executor::wake_for_session();
         }
+        if self.site.take_jog_end(now) {
+            inbox.cancel_jogs();
+            executor::wake_for_session();
+        }
         if inbox.room() >= site::SCRIPT_BYTES
             && let Some(line) = self.site.next_line(now)
         {

@@ -27,6 +27,8 @@ pub mod codes {
     pub const REFUSED: i32 = 400;
     /// The visitor may not.
     pub const FORBIDDEN: i32 = 403;
+    /// There is nothing of this name or number.
+    pub const MISSING: i32 = 404;
     /// There is no place for the call at present.
     pub const BUSY: i32 = 503;
 }
@@ -62,17 +64,23 @@ pub enum Method {
     Play,
     Home,
     JogStep,
+    JogStart,
+    JogBeat,
+    JogStop,
     Override,
 }
 
 /// All methods by their names.
-const METHODS: [(&str, Method); 18] = [
+const METHODS: [(&str, Method); 21] = [
     ("access.info", Method::AccessInfo),
     ("printer.firmware_restart", Method::Release),
     ("printer.print.start", Method::Play),
     ("velvet.ask", Method::Ask),
     ("velvet.home", Method::Home),
     ("velvet.jog.step", Method::JogStep),
+    ("velvet.jog.start", Method::JogStart),
+    ("velvet.jog.beat", Method::JogBeat),
+    ("velvet.jog.stop", Method::JogStop),
     ("velvet.override.set", Method::Override),
     ("server.connection.identify", Method::Identify),
     ("server.info", Method::ServerInfo),
@@ -109,6 +117,9 @@ impl Method {
             | Self::Play
             | Self::Home
             | Self::JogStep
+            | Self::JogStart
+            | Self::JogBeat
+            | Self::JogStop
             | Self::Override => Role::Operate,
         }
     }
@@ -165,10 +176,14 @@ pub enum Quantity {
     MmPerMin,
     /// Share of feed rates; 1 is as programmed.
     Feed,
+    /// Direction of a jog: 1 or -1.
+    Direction,
+    /// Number of a jog.
+    Id,
 }
 
 /// Count of the quantities.
-const QUANTITIES: usize = 3;
+const QUANTITIES: usize = 5;
 
 impl Quantity {
     fn named(key: &str) -> Option<Self> {
@@ -176,6 +191,8 @@ impl Quantity {
             "mm" => Some(Self::Mm),
             "mm_per_min" => Some(Self::MmPerMin),
             "feed" => Some(Self::Feed),
+            "direction" => Some(Self::Direction),
+            "id" => Some(Self::Id),
             _ => None,
         }
     }

@@ -159,6 +159,12 @@ impl Console {
         true
     }
 
+    /// Returns whether no script waits, and none is carried out.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.scripts.is_empty()
+    }
+
     /// Returns bytes of the next line for the machine, if the one before is done: all up to its line feed.
     pub fn next_line(&mut self, now_ms: u64) -> Option<String<SCRIPT_BYTES>> {
         if self.is_busy || self.waiting.is_empty() {
@@ -186,11 +192,11 @@ impl Console {
         }
     }
 
-    /// Returns whether the answer in work is to be broken off: it is long, for one visitor alone, and lines
-    /// of others wait. True once.
-    pub fn breaks_off(&mut self, now_ms: u64) -> bool {
+    /// Returns whether the answer in work is to be broken off: it is long, for one visitor alone, and a jog
+    /// or lines of others wait. True once.
+    pub fn breaks_off(&mut self, now_ms: u64, jog_waits: bool) -> bool {
         let is_long = self.is_busy && now_ms.saturating_sub(self.begun_ms) >= LONG_ANSWER_MS;
-        let others_wait = self.scripts.iter().skip(1).any(|script| script.listeners == Listeners::All);
+        let others_wait = jog_waits || self.scripts.iter().skip(1).any(|script| script.listeners == Listeners::All);
         let script = self.scripts.front_mut().filter(|script| script.listeners == Listeners::Asker);
         let Some(script) = script.filter(|script| is_long && others_wait && script.ending != Ending::BrokenOff) else {
             return false;
@@ -432,12 +438,12 @@ mod tests {
         let mut console = Console::new();
         assert!(console.take(ASKER, None, "check /sd/a.g", Listeners::Asker));
         console.next_line(0);
-        assert!(!console.breaks_off(10_000), "nobody waits");
+        assert!(!console.breaks_off(10_000, false), "nobody waits");
         assert!(console.take(OTHER, None, "check /sd/b.g", Listeners::Asker));
-        assert!(!console.breaks_off(10_000), "who asks waits");
+        assert!(!console.breaks_off(10_000, false), "who asks waits");
         assert!(console.take(OTHER, None, "G28", Listeners::All));
-        assert!(!console.breaks_off(LONG_ANSWER_MS - 1));
-        assert!(console.breaks_off(LONG_ANSWER_MS) && !console.breaks_off(10_000), "once");
+        assert!(!console.breaks_off(LONG_ANSWER_MS - 1, true));
+        assert!(console.breaks_off(LONG_ANSWER_MS, false) && !console.breaks_off(10_000, true), "once");
         console.hear(b"ok\n\x06");
         assert_eq!(console.take_outcome().map(|outcome| outcome.ending), Some(Ending::BrokenOff));
     }

@@ -10,6 +10,7 @@ mod assets;
 mod calls;
 mod client;
 mod console;
+mod jog;
 mod objects;
 mod reply;
 mod routes;

@@ -28,6 +28,8 @@ pub enum Content {
     Done,
     /// Number of the connection.
     Connection(u32),
+    /// Number of a jog that begins.
+    Jog(u32),
     /// Role of the visitor.
     Access(Role),
     /// State of the server.
@@ -198,9 +200,9 @@ impl Tells<'_> {
     fn begin_result(&self, json: &mut Writer<'_, '_>) {
         let Self { snapshot, facts, .. } = self;
         match self.content {
-            Content::Connection(number) => {
+            Content::Connection(number) | Content::Jog(number) => {
                 json.begin_object();
-                json.key("connection_id");
+                json.key(if matches!(self.content, Content::Jog(_)) { "id" } else { "connection_id" });
                 json.number(u64::from(*number));
                 json.end_object();
             }

@@ -43,6 +43,9 @@ pub fn of(call: &Call, text: &str) -> Result<Script, &'static str> {
         | Method::ListObjects
         | Method::QueryObjects
         | Method::Subscribe
+        | Method::JogStart
+        | Method::JogBeat
+        | Method::JogStop
         | Method::EmergencyStop => Ok(()),
     };
     written.map(|()| script).map_err(|_| "the text is too long")
@@ -62,13 +65,28 @@ fn home(axes: &str, script: &mut Script) -> Result<core::fmt::Result, &'static s
 }
 
 /// Writes the line that moves an axis by hand.
-fn jog(call: &Call, axis: &str, script: &mut Script) -> Result<core::fmt::Result, &'static str> {
-    let letter = axis.chars().next().filter(|letter| axis.len() == 1 && AXES.contains(*letter));
-    let letter = letter.ok_or("axis is a letter, as x")?.to_ascii_uppercase();
+fn jog(call: &Call, name: &str, script: &mut Script) -> Result<core::fmt::Result, &'static str> {
+    let letter = axis(name)?;
     let mm = call.number(Quantity::Mm).filter(|mm| mm.abs() <= 10_000.0).ok_or("mm is missing, or too far")?;
+    Ok(write!(script, "$J {letter}{mm:.4} F{:.0}", speed(call)?))
+}
+
+/// Returns the letter of the axis of a jog.
+///
+/// # Errors
+/// There is no such axis.
+pub fn axis(name: &str) -> Result<char, &'static str> {
+    let letter = name.chars().next().filter(|letter| name.len() == 1 && AXES.contains(*letter));
+    letter.map(|letter| letter.to_ascii_uppercase()).ok_or("axis is a letter, as x")
+}
+
+/// Returns the speed of a jog, mm per minute.
+///
+/// # Errors
+/// It is missing, or no speed.
+pub fn speed(call: &Call) -> Result<f64, &'static str> {
     let speed = call.number(Quantity::MmPerMin).filter(|speed| (1.0..=1e6).contains(speed));
-    let speed = speed.ok_or("mm_per_min is missing, or no speed")?;
-    Ok(write!(script, "$J {letter}{mm:.4} F{speed:.0}"))
+    speed.ok_or("mm_per_min is missing, or no speed")
 }
 
 #[cfg(test)]

@@ -10,10 +10,13 @@ use crate::assets::{Asset, Counted};
 use crate::calls::{Call, Id, Method, Reader, SCRIPT_BYTES, codes};
 use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
+use crate::jog::{JOG_PLACE, Jogs};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::reply::{Content, Facts, Reply, ReplyBody};
 use crate::routes::{Handler, ROUTES};
 use crate::script;
+
+mod jogs;
 
 /// Visitors of WebSockets at a time.
 pub const CLIENTS: usize = 4;
@@ -61,6 +64,7 @@ pub struct Site<const N: usize> {
     slots: [Option<Slot>; N],
     seats: [Seat; CLIENTS],
     console: Console,
+    jogs: Jogs,
     snapshot: Snapshot,
     /// Hash of each object, and the number of the state.
     hashes: [u32; MAX_OBJECTS],
@@ -86,6 +90,7 @@ impl<const N: usize> Site<N> {
             slots: [const { None }; N],
             seats: core::array::from_fn(|_| Seat::default()),
             console: Console::new(),
+            jogs: Jogs::new(),
             snapshot: Snapshot::default(),
             hashes: [0; MAX_OBJECTS],
             number: 0,
@@ -130,14 +135,21 @@ impl<const N: usize> Site<N> {
         }
     }
 
-    /// Returns the next line for the machine, if the one before is done.
+    /// Returns the next line for the machine, if the one before is done. A jog begins only while no script
+    /// waits.
     pub fn next_line(&mut self, now_ms: u64) -> Option<String<SCRIPT_BYTES>> {
+        if self.console.is_idle()
+            && let Some((line, id)) = self.jogs.next_line()
+        {
+            // An idle console has room.
+            let _taken = self.console.take(Asker { place: JOG_PLACE, visit: id }, None, &line, Listeners::All);
+        }
         self.console.next_line(now_ms)
     }
 
     /// Returns whether the machine is to break off its answer in work, for lines that wait. True once.
     pub fn breaks_off(&mut self, now_ms: u64) -> bool {
-        self.console.breaks_off(now_ms)
+        self.console.breaks_off(now_ms, self.jogs.waits())
     }
 
     /// Takes a visitor's request to stop at once.
@@ -151,7 +163,9 @@ impl<const N: usize> Site<N> {
         let taken = self.console.room(heard, now_ms).min(bytes.len());
         self.console.hear(bytes.get(..taken).unwrap_or_default());
         while let Some(Outcome { asker, id, ending, said }) = self.console.take_outcome() {
-            if let Some(client) = self.client_of(asker) {
+            if asker.place == JOG_PLACE {
+                self.jogs.ended(asker.visit);
+            } else if let Some(client) = self.client_of(asker) {
                 client.reply(Reply::outcome(id, Content::of(ending), said));
             }
         }
@@ -183,6 +197,9 @@ impl<const N: usize> Site<N> {
     pub fn hear_end(&mut self, place: usize) {
         if let Some(slot) = self.slots.get_mut(place).and_then(Option::as_mut) {
             slot.connection.hear_end();
+            if let Work::Socket(seat) = slot.work {
+                self.jogs.leave(self.asker(seat));
+            }
         }
     }
 
@@ -192,6 +209,7 @@ impl<const N: usize> Site<N> {
     }
 
     fn leave(&mut self, seat: u8) {
+        self.jogs.leave(self.asker(seat));
         if let Some(seat) = self.seats.get_mut(usize::from(seat)) {
             (seat.client, seat.visit) = (None, seat.visit.wrapping_add(1));
         }
@@ -230,8 +248,7 @@ impl<const N: usize> Site<N> {
                     match began {
                         Begun::Answer(response, next) => (*due, *work) = (Some(response), next),
                         Begun::Stop => {
-                            self.stop = Some(EmergencyStop);
-                            self.console.drop_waiting();
+                            self.stop_at_once();
                             let done = Work::Answer(Reply::answer(Content::Done));
                             (*due, *work) = (Some(Response::json(Status::Ok)), done);
                         }
@@ -255,7 +272,7 @@ impl<const N: usize> Site<N> {
                 Event::Refused(_) => *work = Work::Nothing,
                 Event::Message { is_first, is_last, bytes, .. } => {
                     if let Work::Socket(seat) = *work {
-                        self.read_message(seat, (is_first, is_last), bytes);
+                        self.read_message(seat, (is_first, is_last), bytes, now_ms);
                     }
                 }
                 Event::Closed(_) => {
@@ -320,7 +337,7 @@ impl<const N: usize> Site<N> {
     }
 
     /// Takes a piece of a visitor's message.
-    fn read_message(&mut self, seat: u8, (is_first, is_last): (bool, bool), bytes: &[u8]) {
+    fn read_message(&mut self, seat: u8, (is_first, is_last): (bool, bool), bytes: &[u8], now_ms: u64) {
         let Self { seats, snapshot, .. } = self;
         let Some(client) = seats.get_mut(usize::from(seat)).and_then(|seat| seat.client.as_mut()) else { return };
         if is_first {
@@ -330,18 +347,18 @@ impl<const N: usize> Site<N> {
             reader.read(bytes, snapshot);
         }
         if is_last && let Some(reader) = client.reader.take() {
-            self.call(seat, reader);
+            self.call(seat, reader, now_ms);
         }
     }
 
     /// Carries out a call. A call without an id is not answered (JSON-RPC 2.0 section 4.1).
-    fn call(&mut self, place: u8, mut reader: Reader) {
+    fn call(&mut self, place: u8, mut reader: Reader, now_ms: u64) {
         let read = reader.end();
         let Reader { id, text, .. } = reader;
         let is_notification = id.is_none() && !matches!(read, Err((codes::PARSE | codes::INVALID, _)));
         let content = match read {
             Err((code, message)) => Some(Content::Error(code, message)),
-            Ok(call) => self.carry_out(place, &call, id.as_ref(), &text),
+            Ok(call) => self.carry_out(place, &call, id.as_ref(), &text, now_ms),
         };
         let client = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut());
         if let (Some(client), Some(content)) = (client, content)
@@ -352,7 +369,7 @@ impl<const N: usize> Site<N> {
     }
 
     /// Carries out a call; none: the answer comes when the machine is done.
-    fn carry_out(&mut self, place: u8, call: &Call, id: Option<&Id>, text: &str) -> Option<Content> {
+    fn carry_out(&mut self, place: u8, call: &Call, id: Option<&Id>, text: &str, now_ms: u64) -> Option<Content> {
         if self.role < call.method.least_role() {
             return Some(Content::Error(codes::FORBIDDEN, "this is for who may operate the machine"));
         }
@@ -369,19 +386,18 @@ impl<const N: usize> Site<N> {
                 return Some(Content::State(call.objects));
             }
             Method::EmergencyStop => {
-                self.stop = Some(EmergencyStop);
-                self.console.drop_waiting();
+                self.stop_at_once();
                 return Some(Content::Done);
             }
+            Method::JogStart | Method::JogBeat | Method::JogStop => return Some(self.jog(place, call, text, now_ms)),
             _ => script::of(call, text),
         };
         let script = match script {
             Ok(script) => script,
             Err(message) => return Some(Content::Error(codes::PARAMETERS, message)),
         };
-        let visit = self.seats.get(usize::from(place)).map_or(0, |seat| seat.visit);
         let listeners = if call.method == Method::Ask { Listeners::Asker } else { Listeners::All };
-        let has_room = self.console.take(Asker { place, visit }, id.cloned(), &script, listeners);
+        let has_room = self.console.take(self.asker(place), id.cloned(), &script, listeners);
         (!has_room).then_some(Content::Error(codes::BUSY, "the machine has lines enough: wait for their answers"))
     }
 

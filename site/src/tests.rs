@@ -427,3 +427,59 @@ fn visitors_are_told_what_they_may() {
         );
     }
 }
+
+/// Begins a jog on a socket that was opened. Returns the line that the machine gets.
+fn begin_jog(desk: &mut Desk, place: usize) -> Option<String> {
+    let start = r#"{"method":"velvet.jog.start","params":{"axis":"x","direction":1,"mm_per_min":12000},"id":9}"#;
+    let answer = desk.call(place, start);
+    assert!(answer.len() == 1 && answer[0].contains(r#""result":{"id":"#), "{answer:?}");
+    desk.next_line().map(|line| line.as_str().to_owned())
+}
+
+#[test]
+fn a_jog_ends_with_its_button_its_connection_and_its_beats() {
+    for ends in ["stop", "close", "fin", "reload", "silence", "halt"] {
+        let mut desk = Desk::new(Role::Operate);
+        desk.upgrade(0);
+        desk.upgrade(1);
+        assert_eq!(begin_jog(&mut desk, 0).as_deref(), Some("$J -c X1 F12000\n"));
+        for _ in 0..20 {
+            desk.now += 60;
+            assert_eq!(desk.call(0, r#"{"method":"velvet.jog.beat","params":{"id":1}}"#), Vec::<String>::new());
+            // Another visitor's beats are heard as well, and are no use.
+            assert!(desk.call(1, r#"{"method":"velvet.jog.beat","params":{"id":1},"id":1}"#)[0].contains("404"));
+            assert!(!desk.site.take_jog_end(desk.now), "{ends}");
+        }
+        match ends {
+            "stop" => {
+                assert!(desk.call(0, r#"{"method":"velvet.jog.stop","params":{"id":1},"id":2}"#)[0].contains("ok"))
+            }
+            "close" => desk.site.close(0),
+            "fin" => desk.site.hear_end(0),
+            // A closing frame, as a browser sends it whose page is left.
+            "reload" => drop(desk.send(0, &[0x88, 0x80, 1, 2, 3, 4])),
+            "silence" => desk.now += 100,
+            _ => drop(desk.call(1, r#"{"method":"printer.emergency_stop"}"#)),
+        }
+        assert!(desk.site.take_jog_end(desk.now), "{ends}");
+        desk.say(&[DONE]);
+        assert_eq!(desk.next_line(), None, "{ends}: nothing goes on");
+        desk.now += 10_000;
+        assert!(!desk.site.take_jog_end(desk.now), "{ends}: it is over");
+    }
+}
+
+#[test]
+fn lines_wait_for_the_end_of_a_jog_and_no_jog_begins_behind_lines() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    assert!(begin_jog(&mut desk, 0).is_some());
+    desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"M105"},"id":3}"#);
+    assert_eq!(desk.next_line(), None);
+    desk.call(0, r#"{"method":"velvet.jog.stop","params":{"id":1}}"#);
+    assert!(desk.site.take_jog_end(desk.now));
+    desk.say(&[DONE]);
+    assert_eq!(desk.next_line().as_deref(), Some("M105\n"));
+    let start = r#"{"method":"velvet.jog.start","params":{"axis":"x","direction":1,"mm_per_min":600},"id":4}"#;
+    assert!(desk.call(0, start).iter().any(|answer| answer.contains(r#""code":503"#)));
+}
