@@ -33,6 +33,7 @@ pub mod kinematics;
 pub mod knots;
 mod motion;
 mod motor;
+mod move_ends;
 mod moves;
 #[cfg(any(test, feature = "oracle"))]
 pub mod oracle;
@@ -44,6 +45,7 @@ mod ramp;
 mod rewind;
 mod run;
 mod series;
+mod short_ring;
 pub mod step_solver;
 mod store;
 #[cfg(test)]
@@ -63,6 +65,7 @@ pub use feed_schedule::FeedSchedule;
 pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, State, Waiting};
+pub use move_ends::MoveEnd;
 pub use moves::{Corner, Mode, Move, Part, Refusal, Tag};
 pub use planner::{Block, BlockRing};
 pub use run::Passage;

@@ -11,7 +11,9 @@
 use units::Ticks;
 
 use crate::{
+    move_ends::MoveEnds,
     moves::Tag,
+    short_ring::Ring,
     trajectory::{TickTime, at_tick},
 };
 
@@ -59,53 +61,6 @@ struct Place {
     mark: Mark,
 }
 
-/// A ring whose oldest entry is first.
-#[derive(Clone, Debug)]
-struct Ring<T, const N: usize> {
-    items: [T; N],
-    first: usize,
-    length: usize,
-}
-
-impl<T: Copy, const N: usize> Ring<T, N> {
-    const fn new(empty: T) -> Self {
-        Self { items: [empty; N], first: 0, length: 0 }
-    }
-
-    fn get(&self, index: usize) -> Option<T> {
-        if index < self.length { self.items.get((self.first + index) % N).copied() } else { None }
-    }
-
-    fn last_mut(&mut self) -> Option<&mut T> {
-        let last = self.length.checked_sub(1)?;
-        self.items.get_mut((self.first + last) % N)
-    }
-
-    fn push(&mut self, item: T) -> bool {
-        if self.length == N {
-            return false;
-        }
-        self.length += 1;
-        if let Some(place) = self.last_mut() {
-            *place = item;
-        }
-        true
-    }
-
-    fn drop_first(&mut self) {
-        self.first = (self.first + 1) % N;
-        self.length = self.length.saturating_sub(1);
-    }
-
-    fn drop_last(&mut self) {
-        self.length = self.length.saturating_sub(1);
-    }
-
-    fn clear(&mut self) {
-        self.length = 0;
-    }
-}
-
 /// Tags and marks between the planner and the motors.
 #[derive(Clone, Debug)]
 pub(crate) struct Timeline {
@@ -118,6 +73,10 @@ pub(crate) struct Timeline {
     passed: Passed,
     /// Count of the block that begins next on the trajectory.
     next: u32,
+    /// Count of the block that the motors make, or make next.
+    under_way: u32,
+    /// Ends of moves, for whoever draws the path.
+    pub(crate) ends: MoveEnds,
 }
 
 impl Timeline {
@@ -131,6 +90,8 @@ impl Timeline {
             made: Mark(0),
             passed: Passed { tag: Tag::NONE, mark: Mark(0) },
             next: 0,
+            under_way: 0,
+            ends: MoveEnds::new(),
         }
     }
 
@@ -184,9 +145,8 @@ impl Timeline {
 
     /// Delays everything from `from` on by `by`.
     pub fn shift(&mut self, from: TickTime, by: TickTime) {
-        for index in 0..self.begun.length {
-            let place = (self.begun.first + index) % BOUNDARIES;
-            if let Some(boundary) = self.begun.items.get_mut(place).filter(|boundary| boundary.at >= from) {
+        for index in 0..self.begun.len() {
+            if let Some(boundary) = self.begun.get_mut(index).filter(|boundary| boundary.at >= from) {
                 boundary.at += by;
             }
         }
@@ -197,8 +157,19 @@ impl Timeline {
     pub fn clear(&mut self, pushed: u32) {
         self.begun.clear();
         self.marks.clear();
+        self.ends.drop_from(self.under_way);
         self.passed.mark = self.made;
         self.next = pushed;
+    }
+
+    /// Whether the motors make the block of this count.
+    pub const fn is_under_way(&self, block: u32) -> bool {
+        self.under_way == block
+    }
+
+    /// Takes the oldest end of a move that the motors have made since moves are watched.
+    pub fn take_end(&mut self) -> Option<crate::MoveEnd> {
+        self.ends.take_before(self.under_way)
     }
 
     /// Returns the progress of the motors at this tick. `rests` when they have played all that was submitted
@@ -210,10 +181,11 @@ impl Timeline {
             reached = Some(boundary.block);
             self.begun.drop_first();
         }
-        if rests && self.begun.length == 0 {
+        if rests && self.begun.len() == 0 {
             reached = Some(pushed);
         }
         if let Some(block) = reached {
+            self.under_way = block;
             while let Some(place) = self.marks.get(0).filter(|place| block.wrapping_sub(place.block) as i32 >= 0) {
                 self.passed.mark = place.mark;
                 self.marks.drop_first();

@@ -2,7 +2,7 @@
 
 use units::{PerActuator, StepPosition, Ticks};
 
-use super::{Motion, State};
+use super::{Motion, State, path_made::end_of};
 use crate::{
     compensation::{Compensation, Warped},
     config::MotionConfig,
@@ -44,6 +44,10 @@ impl Motion {
             let block = self.planner.released().wrapping_sub(1);
             if !self.timeline.has_begun(block) {
                 self.timeline.begin(block, run.block.tag, self.clock);
+                if self.timeline.ends.is_watched() {
+                    let (from, end) = end_of(run);
+                    self.timeline.ends.begin(block, from, end);
+                }
             }
             if let Some(slice) = run.advance(at_tick(window.latest), longest) {
                 return Some(slice);

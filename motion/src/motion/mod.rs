@@ -22,6 +22,7 @@ mod detour;
 mod feed_side;
 mod filtered;
 mod forecast;
+mod path_made;
 mod profiles;
 mod queries;
 mod submit;

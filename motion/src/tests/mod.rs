@@ -12,6 +12,7 @@ mod laws;
 mod leveling;
 mod limits;
 mod nonlinear;
+mod path_made;
 mod random_programs;
 pub(crate) mod rig;
 mod shortest_time;
