@@ -11,4 +11,17 @@ pub trait Viewers {
 
     /// Shows the machine as it is now.
     fn show(&mut self, _snapshot: &Snapshot) {}
+
+    /// Whether somebody draws the path that the machine makes; once no, when nobody does any more; none while
+    /// nobody has.
+    fn follows_path(&mut self) -> Option<bool> {
+        None
+    }
+
+    /// Tells of a place on the path that the machine has come to: X, Y and Z in machine coordinates, mm, and
+    /// whether material was laid or cut on the way there.
+    fn add_to_path(&mut self, _at: [f32; 3], _lays: bool) {}
+
+    /// A job begins, and with it another path.
+    fn begin_path(&mut self) {}
 }

@@ -23,6 +23,10 @@ pub struct SimulatedNetwork {
     pub is_viewed: bool,
     /// The machine as it was last shown.
     pub shown: Option<Snapshot>,
+    /// Whether somebody draws the path, or just does not any more; and the path since the last job began.
+    pub draws: Option<bool>,
+    /// Places of the path: X, Y, Z, and whether material was laid or cut on the way there.
+    pub path: Vec<([f32; 3], bool)>,
     /// Record that is made, and the number of questions until it is ready.
     making: Option<(Vec<u8>, u8)>,
 }

@@ -205,6 +205,21 @@ impl Viewers for HostPorts<'_> {
     fn show(&mut self, snapshot: &Snapshot) {
         self.network().shown = Some(snapshot.clone());
     }
+
+    fn follows_path(&mut self) -> Option<bool> {
+        let mut network = self.network();
+        let draws = network.draws;
+        network.draws = draws.filter(|draws| *draws);
+        draws
+    }
+
+    fn add_to_path(&mut self, at: [f32; 3], lays: bool) {
+        self.network().path.push((at, lays));
+    }
+
+    fn begin_path(&mut self) {
+        self.network().path.clear();
+    }
 }
 
 impl Updates for HostPorts<'_> {}

@@ -9,6 +9,7 @@ use base::tuning::Tuning;
 use base::{Ports, World};
 use config::MachineConfig;
 use jobs::player::Jobs;
+use motion::{Motion, MoveEnd};
 use parts::fans::Fans;
 use parts::reports::is_live;
 use program::Interpreter;
@@ -17,7 +18,7 @@ use units::Micros;
 
 use crate::features::forecast::{self, ForecastHands};
 use crate::machine::Machine;
-use crate::machine::moments::Moments;
+use crate::machine::moments::{JobBegins, Moments};
 
 /// Parts of the machine that viewers see.
 pub(crate) struct Viewed<'m, 'c, P> {
@@ -60,6 +61,9 @@ impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
     }
 }
 
+/// Most ends of moves that are told at a look.
+const MOST_ENDS: usize = 64;
+
 /// Viewers, at the machine's moments.
 pub(crate) struct Feature;
 
@@ -68,6 +72,36 @@ impl<'c, M: ViewedHands<'c>> Moments<M> for Feature {
         if hands.world().ports.wants_snapshot() {
             show(hands, now);
         }
+        if let Some(is_drawn) = hands.world().ports.follows_path() {
+            follow_path(hands, is_drawn);
+        }
+    }
+
+    fn job_begins(hands: &mut M, from: JobBegins) {
+        match from {
+            JobBegins::Whole | JobBegins::FurtherOn | JobBegins::Elsewhere => hands.world().ports.begin_path(),
+            // The same job, on the way back to where it was.
+            JobBegins::Again => {}
+        }
+    }
+}
+
+/// Tells which places on the path the motors have come to since the last look.
+#[inline(never)]
+fn follow_path<'c, H: ViewedHands<'c>>(hands: &mut H, is_drawn: bool) {
+    let World { ports, config, .. } = hands.viewed().world;
+    // A printer lays material with its extruder; other machines cut it with moves of work.
+    let is_printer = config.heaters().next().is_some();
+    let add = |ports: &mut H::Ports, end: MoveEnd| {
+        ports.add_to_path(end.at, if is_printer { end.extrudes } else { end.is_work });
+    };
+    for _ in 0..MOST_ENDS {
+        let Some(end) = ports.motion(Motion::take_end_of_move) else { break };
+        add(ports, end);
+    }
+    ports.motion(|motion| motion.watch_path(is_drawn));
+    if let Some(end) = ports.motion(|motion| motion.place_on_curve()) {
+        add(ports, end);
     }
 }
 

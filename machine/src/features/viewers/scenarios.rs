@@ -87,3 +87,33 @@ fn a_job_is_shown_with_its_progress_and_its_layer() {
     bench.hear(1.0);
     assert!(look(&mut bench).job.is_some_and(|job| job.is_paused));
 }
+
+#[test]
+fn the_path_is_told_in_ends_of_moves_while_somebody_draws_it() {
+    let job = "G92 E0\nG1 X20 Y10 E1 F6000\nG0 X20 Y20\nG1 X30 E2\nG1 X31 E1.5\nG3 X31 Y40 I0 J10 E4\n";
+    let mut bench = Plan::new(CARTESIAN).file("part.g", job).start();
+    bench.say("G28.3 X10 Y10 Z10");
+    bench.network(|network| network.draws = Some(true));
+    bench.hear(0.1);
+    bench.say("G0 X15");
+    bench.hear(1.0);
+    assert!(bench.network(|network| network.path.contains(&([15.0, 10.0, 10.0], false))));
+    bench.say("G0 X10");
+    bench.hear(1.0);
+    bench.say("M23 part.g");
+    bench.say("M24");
+    bench.hear(5.0);
+    let path = bench.network(|network| network.path.clone());
+    let straight: Vec<_> = path.iter().take(4).map(|(at, lays)| (at[0], at[1], *lays)).collect();
+    // A retraction on the way lays nothing.
+    assert_eq!(straight, [(20.0, 10.0, true), (20.0, 20.0, false), (30.0, 20.0, true), (31.0, 20.0, false)]);
+    assert!(path.len() > 10, "an arc is told by more than its end: {path:?}");
+    for (at, lays) in &path[4..] {
+        assert!(((at[0] - 31.0).hypot(at[1] - 30.0) - 10.0).abs() < 0.02 && *lays, "on the arc: {at:?}");
+    }
+    assert_eq!(path.last().map(|(at, _)| *at), Some([31.0, 40.0, 10.0]));
+    bench.network(|network| network.draws = Some(false));
+    bench.say("G1 X50 F6000");
+    bench.hear(1.0);
+    assert_eq!(bench.network(|network| network.path.len()), path.len(), "nobody draws it any more");
+}
