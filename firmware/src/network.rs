@@ -20,9 +20,10 @@ use bsp_prime::random::RandomWords;
 use bsp_prime::time;
 use config::{Address, LinkSpeed, NetworkConfig};
 use net::{
-    Addressing, HostName, LINES, Line, Memory, News, Origin, Peers, Role, Service, Settings, StaticAddress, TimeServer,
-    Visitor,
+    Addressing, HostName, LINES, Line, Memory, News, Origin, Peers, Role, STREAMS, Service, Settings, StaticAddress,
+    TimeServer, Visitor,
 };
+use site::Site;
 use units::Micros;
 
 use crate::consoles::Console;
@@ -245,6 +246,11 @@ impl BoardNetwork {
         let Some(joined) = self.joined.as_mut() else { return bytes.len() };
         joined.due = Micros(0);
         joined.page.hear(bytes)
+    }
+
+    /// Returns the page's site, where the network is used.
+    pub fn page(&mut self) -> Option<&mut Site<STREAMS>> {
+        self.joined.as_mut().map(|joined| joined.page.site())
     }
 
     /// Returns whether a visitor of the page wants to see the machine as it is now.

@@ -38,6 +38,11 @@ impl Page {
         Self { site: Site::new(host, env!("VELVET_VERSION"), role), intake, rights }
     }
 
+    /// Returns the page's site.
+    pub const fn site(&mut self) -> &mut Site<STREAMS> {
+        &mut self.site
+    }
+
     /// Returns the rights of the page's console.
     pub const fn rights(&self) -> Rights {
         self.rights

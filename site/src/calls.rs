@@ -68,10 +68,11 @@ pub enum Method {
     JogBeat,
     JogStop,
     Override,
+    PathSince,
 }
 
 /// All methods by their names.
-const METHODS: [(&str, Method); 21] = [
+const METHODS: [(&str, Method); 22] = [
     ("access.info", Method::AccessInfo),
     ("printer.firmware_restart", Method::Release),
     ("printer.print.start", Method::Play),
@@ -82,6 +83,7 @@ const METHODS: [(&str, Method); 21] = [
     ("velvet.jog.beat", Method::JogBeat),
     ("velvet.jog.stop", Method::JogStop),
     ("velvet.override.set", Method::Override),
+    ("velvet.path.since", Method::PathSince),
     ("server.connection.identify", Method::Identify),
     ("server.info", Method::ServerInfo),
     ("printer.info", Method::PrinterInfo),
@@ -107,6 +109,7 @@ impl Method {
             | Self::ListObjects
             | Self::QueryObjects
             | Self::Subscribe
+            | Self::PathSince
             | Self::EmergencyStop => Role::Watch,
             Self::Script
             | Self::Ask
@@ -180,10 +183,12 @@ pub enum Quantity {
     Direction,
     /// Number of a jog.
     Id,
+    /// Number of a place on the path.
+    Seq,
 }
 
 /// Count of the quantities.
-const QUANTITIES: usize = 5;
+const QUANTITIES: usize = 6;
 
 impl Quantity {
     fn named(key: &str) -> Option<Self> {
@@ -193,6 +198,7 @@ impl Quantity {
             "feed" => Some(Self::Feed),
             "direction" => Some(Self::Direction),
             "id" => Some(Self::Id),
+            "seq" => Some(Self::Seq),
             _ => None,
         }
     }

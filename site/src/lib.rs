@@ -12,6 +12,7 @@ mod client;
 mod console;
 mod jog;
 mod objects;
+mod path;
 mod reply;
 mod routes;
 mod script;

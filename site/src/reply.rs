@@ -7,6 +7,7 @@ use http::{Body, Made, Role};
 use crate::calls::{Id, codes};
 use crate::console::{Console, Ending, REASON, Said};
 use crate::objects::{self, MAX_OBJECTS, Objects};
+use crate::path::{self, Path, Piece};
 
 /// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
 /// machine.
@@ -30,6 +31,8 @@ pub enum Content {
     Connection(u32),
     /// Number of a jog that begins.
     Jog(u32),
+    /// Piece of the path that the machine has made.
+    Path(Piece),
     /// Role of the visitor.
     Access(Role),
     /// State of the server.
@@ -107,6 +110,8 @@ pub struct ReplyBody<'r> {
     pub snapshot: &'r Snapshot,
     /// Console with what the machine said.
     pub console: &'r Console,
+    /// Path that the machine has made.
+    pub path: &'r Path,
     /// Facts about the board.
     pub facts: Facts<'r>,
     /// Time since the start, milliseconds.
@@ -118,13 +123,14 @@ impl Body for ReplyBody<'_> {
         if room.len() < PART_ROOM {
             return Made::Part(0);
         }
-        let Self { reply: Reply { id, is_message, content, parts, .. }, snapshot, console, facts, now_ms } = self;
+        let Self { reply: Reply { id, is_message, content, parts, .. }, snapshot, console, path, facts, now_ms } = self;
         let tells = Tells {
             id: id.as_ref(),
             is_message: *is_message,
             content,
             snapshot,
             console,
+            path,
             facts: *facts,
             now_ms: *now_ms,
         };
@@ -139,6 +145,7 @@ struct Tells<'t> {
     content: &'t Content,
     snapshot: &'t Snapshot,
     console: &'t Console,
+    path: &'t Path,
     facts: Facts<'t>,
     now_ms: u64,
 }
@@ -152,6 +159,11 @@ impl Tells<'_> {
         };
         if part == 0 {
             self.begin(json);
+        } else if let Content::Path(piece) = self.content {
+            if !self.path.write(piece, part - 1, json) {
+                self.end(json);
+                return Next::End;
+            }
         } else if objects == 0 || part as usize > MAX_OBJECTS {
             self.end(json);
             return Next::End;
@@ -248,6 +260,7 @@ impl Tells<'_> {
                 json.end_array();
                 json.end_object();
             }
+            Content::Path(piece) => path::begin(piece, json),
             Content::State(_) => {
                 json.begin_object();
                 json.key("eventtime");
@@ -269,6 +282,10 @@ impl Tells<'_> {
                 json.end_object();
                 json.fixed(self.now_ms as i64, 3);
                 json.end_array();
+            }
+            Content::Path(_) => {
+                json.end_array();
+                json.end_object();
             }
             Content::Said(_) | Content::Notice(_) | Content::Beat => json.end_array(),
             _ => {}

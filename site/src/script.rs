@@ -46,6 +46,7 @@ pub fn of(call: &Call, text: &str) -> Result<Script, &'static str> {
         | Method::JogStart
         | Method::JogBeat
         | Method::JogStop
+        | Method::PathSince
         | Method::EmergencyStop => Ok(()),
     };
     written.map(|()| script).map_err(|_| "the text is too long")

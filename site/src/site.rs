@@ -12,11 +12,13 @@ use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
 use crate::jog::{JOG_PLACE, Jogs};
 use crate::objects::{self, MAX_OBJECTS, Objects};
+use crate::path::Path;
 use crate::reply::{Content, Facts, Reply, ReplyBody};
 use crate::routes::{Handler, ROUTES};
 use crate::script;
 
 mod jogs;
+mod path;
 
 /// Visitors of WebSockets at a time.
 pub const CLIENTS: usize = 4;
@@ -65,6 +67,7 @@ pub struct Site<const N: usize> {
     seats: [Seat; CLIENTS],
     console: Console,
     jogs: Jogs,
+    path: Path,
     snapshot: Snapshot,
     /// Hash of each object, and the number of the state.
     hashes: [u32; MAX_OBJECTS],
@@ -91,6 +94,7 @@ impl<const N: usize> Site<N> {
             seats: core::array::from_fn(|_| Seat::default()),
             console: Console::new(),
             jogs: Jogs::new(),
+            path: Path::new(),
             snapshot: Snapshot::default(),
             hashes: [0; MAX_OBJECTS],
             number: 0,
@@ -385,6 +389,7 @@ impl<const N: usize> Site<N> {
                 client.subscribe(call.objects, &self.hashes);
                 return Some(Content::State(call.objects));
             }
+            Method::PathSince => return Some(self.path_since(call)),
             Method::EmergencyStop => {
                 self.stop_at_once();
                 return Some(Content::Done);
@@ -403,7 +408,7 @@ impl<const N: usize> Site<N> {
 
     /// Writes what is to be sent on a connection. Returns how many bytes.
     pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64) -> usize {
-        let Self { slots, seats, console, snapshot, hashes, number, host, version, .. } = self;
+        let Self { slots, seats, console, path, snapshot, hashes, number, host, version, .. } = self;
         let facts = Facts { host, version };
         let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
         match &mut slot.work {
@@ -415,7 +420,7 @@ impl<const N: usize> Site<N> {
                 written
             }
             Work::Answer(reply) => {
-                let mut body = ReplyBody { reply, snapshot, console, facts, now_ms };
+                let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms };
                 slot.connection.transmit(room, &mut body, now_ms)
             }
             Work::Socket(seat) => {
@@ -433,7 +438,7 @@ impl<const N: usize> Site<N> {
                     let written = match &mut client.sending {
                         Some(reply) => slot.connection.transmit(
                             free,
-                            &mut ReplyBody { reply, snapshot, console, facts, now_ms },
+                            &mut ReplyBody { reply, snapshot, console, path, facts, now_ms },
                             now_ms,
                         ),
                         None => slot.connection.transmit(free, &mut http::Empty, now_ms),

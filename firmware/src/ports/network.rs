@@ -40,4 +40,16 @@ impl<L: Locks> Viewers for BoardPorts<L> {
     fn show(&mut self, snapshot: &Snapshot) {
         self.owned.network.show(snapshot);
     }
+
+    fn follows_path(&mut self) -> Option<bool> {
+        self.owned.network.page()?.follows_path()
+    }
+
+    fn add_to_path(&mut self, at: [f32; 3], lays: bool) {
+        self.owned.network.page().into_iter().for_each(|page| page.add_to_path(at, lays));
+    }
+
+    fn begin_path(&mut self) {
+        self.owned.network.page().into_iter().for_each(|page| page.begin_path());
+    }
 }
