@@ -41,8 +41,8 @@ pub use network::{
 };
 pub use rest::{Rest, Wake};
 pub use storage::{
-    CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FilesPort, FreeSpace, LIST_CHUNK,
-    NAME_BYTES, OpenMode, PATH_BYTES, Storage, StorageError,
+    CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileFacts, FileHandle, FileTime, FilesPort, FreeSpace,
+    LIST_CHUNK, NAME_BYTES, OpenMode, PATH_BYTES, Storage, StorageError,
 };
 use thermal::HeatControl;
 pub use thermal::io::{

@@ -92,6 +92,23 @@ pub struct Facts {
     pub attributes: Attributes,
     /// Time of the last write.
     pub written: Stamp,
+    /// First cluster; 0 where there is none, or where the volume is only read.
+    pub first: u32,
+}
+
+impl Facts {
+    fn of_fat(entry: &fat::Entry) -> Self {
+        Self {
+            size_bytes: entry.size_bytes(),
+            attributes: entry.attributes(),
+            written: entry.written(),
+            first: entry.cluster(),
+        }
+    }
+
+    const fn of_exfat(entry: &exfat::Entry) -> Self {
+        Self { size_bytes: entry.size_bytes(), attributes: entry.attributes(), written: entry.written(), first: 0 }
+    }
 }
 
 impl Listing {
@@ -117,16 +134,29 @@ impl Listing {
         name: &mut Name,
     ) -> Result<Option<Facts>, Error<B::Error>> {
         match (self, volume) {
-            (Self::Fat(listing), Volume::Fat(volume)) => Ok(listing.next(volume, device, name)?.map(|entry| Facts {
-                size_bytes: entry.size_bytes(),
-                attributes: entry.attributes(),
-                written: entry.written(),
-            })),
-            (Self::Exfat(listing), Volume::Exfat(volume)) => Ok(listing.next(volume, device, name)?.map(|entry| {
-                Facts { size_bytes: entry.size_bytes(), attributes: entry.attributes(), written: entry.written() }
-            })),
+            (Self::Fat(listing), Volume::Fat(volume)) => {
+                Ok(listing.next(volume, device, name)?.map(|entry| Facts::of_fat(&entry)))
+            }
+            (Self::Exfat(listing), Volume::Exfat(volume)) => {
+                Ok(listing.next(volume, device, name)?.map(|entry| Facts::of_exfat(&entry)))
+            }
             _ => Ok(None),
         }
+    }
+}
+
+/// Finds a file or directory: returns its properties, and the place of its entry.
+///
+/// # Errors
+/// [`Error::NotFound`], and those of the volume.
+pub fn find_facts<B: Blocks>(
+    volume: &mut Volume,
+    device: &mut B,
+    path: &str,
+) -> Result<(Facts, Place), Error<B::Error>> {
+    match volume {
+        Volume::Fat(volume) => volume.find(device, path).map(|entry| (Facts::of_fat(&entry), entry.place())),
+        Volume::Exfat(volume) => volume.find(device, path).map(|entry| (Facts::of_exfat(&entry), entry.place())),
     }
 }
 

@@ -1,23 +1,24 @@
 //! The storage port: names through [`card::fat`], contents through `embedded-sdmmc`.
 
 use base::ports::{
-    CardEvent, CardFacts, DirectoryEntry, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, PATH_BYTES, Storage,
-    StorageError,
+    CardEvent, CardFacts, DirectoryEntry, FileFacts, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, Storage, StorageError,
 };
 use card::fat::{Error as NameError, Name, Place, Stamp, Volume};
-use card::volume::{Listing, Volume as Mounted};
+use card::volume::{Volume as Mounted, find_facts};
 use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
-use heapless::{String, Vec};
+use heapless::Vec;
 
 use crate::device::{Card, Device, NotRead};
 use crate::errors::{of_content, of_name};
-use crate::listing::listed;
 use crate::mount::find_volume;
 use crate::read_ahead::Ahead;
 use crate::readers::{Reader, Readers};
 use crate::sdmmc_device::{MAX_FILES, SdmmcDevice};
 use crate::write_buffer::{Gathered, Written};
 
+use listing::{Listed, facts_of, listed};
+
+mod listing;
 mod opening;
 mod writing;
 
@@ -49,14 +50,6 @@ impl Open {
     const fn is_written(&self) -> bool {
         matches!(self.content, Content::Written(_))
     }
-}
-
-/// A directory that is being listed, so that its next entries are found without reading it from its
-/// beginning.
-struct Listed {
-    path: String<PATH_BYTES>,
-    entries: usize,
-    next: Listing,
 }
 
 /// The card with its file system. `T` dates files.
@@ -414,25 +407,29 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         entries: &mut Vec<DirectoryEntry, LIST_CHUNK>,
     ) -> Result<(), StorageError> {
         entries.clear();
-        let inner = inside(path)?;
-        let last = self.listed.take().filter(|last| last.path == path && last.entries == skip);
-        let (mut to_skip, mut next) = match last {
-            Some(last) => (0, last.next),
-            None => (skip, self.reading(|volume, device| Listing::start(volume, device, inner))?),
-        };
+        let mut next = self.listing(path, skip)?;
+        let before = next;
         let mut name = Name::new();
         while !entries.is_full() {
             let Some(entry) = self.reading(|volume, device| next.next(volume, device, &mut name))? else { break };
-            if to_skip > 0 {
-                to_skip -= 1;
-            } else {
-                // The check above made sure of room.
-                let _pushed = entries.push(listed(&entry, &name));
-            }
+            // The check above made sure of room.
+            let _pushed = entries.push(listed(&entry, &name));
         }
-        let path = String::try_from(path).map_err(|_| StorageError::BadPath)?;
-        self.listed = Some(Listed { path, entries: skip + entries.len(), next });
-        Ok(())
+        self.remember(path, [(skip, before), (skip + entries.len(), next)])
+    }
+
+    fn entry(&mut self, path: &str, skip: usize) -> Result<Option<DirectoryEntry>, StorageError> {
+        let mut next = self.listing(path, skip)?;
+        let before = next;
+        let mut name = Name::new();
+        let entry = self.reading(|volume, device| next.next(volume, device, &mut name))?;
+        self.remember(path, [(skip, before), (skip + usize::from(entry.is_some()), next)])?;
+        Ok(entry.map(|entry| listed(&entry, &name)))
+    }
+
+    fn facts(&mut self, path: &str) -> Result<FileFacts, StorageError> {
+        let path = inside(path)?;
+        self.reading(|volume, device| find_facts(volume, device, path)).map(|(facts, place)| facts_of(&facts, place))
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {

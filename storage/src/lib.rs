@@ -11,7 +11,6 @@
 mod device;
 mod errors;
 mod files;
-mod listing;
 mod mount;
 #[cfg(any(test, feature = "ram"))]
 pub mod ram;

@@ -6,8 +6,9 @@ use card::fat::{Blocks, Error, Place};
 use card::volume::{FileReader, Volume};
 use heapless::Vec;
 
-/// Files read beside at once: one, and those that wait for their subroutines.
-pub const MAX_BESIDE: usize = 4;
+/// Files read beside at once: one, and those that wait for their subroutines, which are four together; and
+/// one for each of the eight connections of the web.
+pub const MAX_BESIDE: usize = 12;
 
 /// A file that is read.
 pub(crate) struct Reader {

@@ -23,8 +23,8 @@ use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
 
 use crate::device::{AtHand, Card, Device};
 
-/// Files open at once.
-pub const MAX_FILES: usize = 5;
+/// Files open at once: those of the machine, and two that are uploaded over the network.
+pub const MAX_FILES: usize = 7;
 
 /// Offset of the case bits in an entry.
 const CASE_BITS: u32 = 12;

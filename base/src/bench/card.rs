@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use units::Micros;
 
 use crate::ports::{
-    Calendar, Clock, DateTime, DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, Storage,
-    StorageError,
+    Calendar, Clock, DateTime, DirectoryEntry, FileAttributes, FileFacts, FileHandle, FileTime, LIST_CHUNK, OpenMode,
+    Storage, StorageError,
 };
 
 /// Bytes of a block: a read never goes beyond the end of one.
@@ -180,8 +180,22 @@ impl Storage for Card {
         Ok(())
     }
 
+    fn facts(&mut self, path: &str) -> Result<FileFacts, StorageError> {
+        let is_directory = path == "/sd" || self.directories.contains(path);
+        let content = if is_directory { &Vec::new() } else { self.files.get(path).ok_or(StorageError::NotFound)? };
+        let hash = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01B3);
+        let (size_bytes, tag) = (content.len() as u32, content.iter().fold(1, hash));
+        Ok(FileFacts { size_bytes, is_directory, written: FileTime::NO_CLOCK, tag })
+    }
+
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
         self.spend()?;
+        if self.directories.contains(path) {
+            let start = format!("{path}/");
+            let is_empty = !self.files.keys().chain(&self.directories).any(|name| name.starts_with(&start));
+            let _was_there = is_empty && self.directories.remove(path);
+            return if is_empty { Ok(()) } else { Err(StorageError::WrongKind) };
+        }
         self.files.remove(path).map(drop).ok_or(StorageError::NotFound)
     }
 

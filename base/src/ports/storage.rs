@@ -10,8 +10,9 @@ pub const NAME_BYTES: usize = 765;
 /// Greatest number of directory entries that one [`Storage::list`] call returns. Each takes 800 bytes.
 pub const LIST_CHUNK: usize = 4;
 
-/// Handle of an open file. The board decides how many can be open at once; five suffice for this crate, and
-/// four more that are open beside ([`OpenMode::Beside`]).
+/// Handle of an open file. The board decides how many can be open at once: five suffice for the machine, two
+/// are for uploads over the network. Twelve more are open beside ([`OpenMode::Beside`]): four for the
+/// machine, one for each connection of the web.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileHandle(pub u8);
 
@@ -236,6 +237,19 @@ pub struct DirectoryEntry {
     pub written: FileTime,
 }
 
+/// Properties of a file or directory that is found by its path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileFacts {
+    /// Size in bytes; 0 for a directory.
+    pub size_bytes: u32,
+    /// Whether it is a directory.
+    pub is_directory: bool,
+    /// Time of the last write.
+    pub written: FileTime,
+    /// Number that changes with the content, as far as the file's size, date and place on the card tell.
+    pub tag: u64,
+}
+
 /// Access to a file system. Names are the same without regard to case, and keep the case they were made with.
 /// A file is open once at a time, and beside ([`OpenMode::Beside`]) as often as there is room.
 pub trait Storage {
@@ -272,6 +286,19 @@ pub trait Storage {
         skip: usize,
         entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
     ) -> Result<(), StorageError>;
+
+    /// Returns the entry of a directory behind the first `skip`; none behind the last one. To go on by one
+    /// entry is as cheap as [`list`](Self::list), and so is asking for the same entry again.
+    fn entry(&mut self, path: &str, skip: usize) -> Result<Option<DirectoryEntry>, StorageError> {
+        let mut entries = heapless::Vec::new();
+        self.list(path, skip, &mut entries)?;
+        Ok(entries.into_iter().next())
+    }
+
+    /// Returns the properties of a file or directory.
+    fn facts(&mut self, _path: &str) -> Result<FileFacts, StorageError> {
+        Err(StorageError::Unsupported)
+    }
 
     /// Removes a file or an empty directory.
     fn remove(&mut self, path: &str) -> Result<(), StorageError>;
@@ -375,6 +402,14 @@ impl<P: FilesPort> Storage for P {
         entries: &mut heapless::Vec<DirectoryEntry, LIST_CHUNK>,
     ) -> Result<(), StorageError> {
         self.files(|files| files.list(path, skip, entries))
+    }
+
+    fn entry(&mut self, path: &str, skip: usize) -> Result<Option<DirectoryEntry>, StorageError> {
+        self.files(|files| files.entry(path, skip))
+    }
+
+    fn facts(&mut self, path: &str) -> Result<FileFacts, StorageError> {
+        self.files(|files| files.facts(path))
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {

@@ -64,7 +64,8 @@ impl Entry {
     }
 
     /// Returns the first cluster; zero when there is none.
-    pub(super) fn cluster(&self) -> u32 {
+    #[must_use]
+    pub fn cluster(&self) -> u32 {
         cluster(&self.slot, self.kind)
     }
 }

@@ -10,9 +10,9 @@ use base::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHU
 use card::fat::{is_legal_name, same_name, stripped};
 
 /// Number of files that can be open at once, as on the board.
-const OPEN_FILES: usize = 5;
+const OPEN_FILES: usize = 7;
 /// Number of further files that can be read beside.
-const BESIDE: usize = 4;
+const BESIDE: usize = 12;
 /// Greatest number of block writes for making, closing, renaming or removing a file on a FAT32 card: tables
 /// and folder (`tests/power_cuts.rs` counts them).
 const FOLDER_WRITES: u32 = 6;

@@ -1,12 +1,13 @@
 //! Opening files: finding them, making them, and giving them to readers and writers.
 
 use base::ports::{FileHandle, OpenMode, StorageError};
-use card::fat::{Attributes, Entry, Place};
-use card::volume::{FileReader, find_file};
+use card::fat::{Attributes, Entry, Name, Place};
+use card::volume::{FileReader, Listing, find_file};
 use embedded_sdmmc::{Mode, RawDirectory, RawFile, ShortFileName, TimeSource};
 use heapless::String;
 
-use super::CardStorage;
+use super::listing::Listed;
+use super::{CardStorage, inside};
 use crate::device::Card;
 use crate::errors::of_content;
 use crate::readers::Reader;
@@ -117,5 +118,30 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         let found = self.manager.find_directory_entry(directory, name).map_err(of_content::<C>)?;
         let place = Place { block: found.entry_block.0.wrapping_sub(SHIFT), slot: (found.entry_offset / 32) as u8 };
         if place == entry.place() { Ok(name) } else { Err(StorageError::Damaged) }
+    }
+
+    /// Returns where a directory goes on behind so many entries.
+    pub(super) fn listing(&mut self, path: &str, skip: usize) -> Result<Listing, StorageError> {
+        let inner = inside(path)?;
+        let last = self.listed.take().filter(|last| last.path == path);
+        let known = last.and_then(|last| last.places.into_iter().find(|(passed, _)| *passed == skip));
+        if let Some((_, next)) = known {
+            return Ok(next);
+        }
+        let mut next = self.reading(|volume, device| Listing::start(volume, device, inner))?;
+        let mut name = Name::new();
+        for _ in 0..skip {
+            if self.reading(|volume, device| next.next(volume, device, &mut name))?.is_none() {
+                break;
+            }
+        }
+        Ok(next)
+    }
+
+    /// Remembers where a directory goes on.
+    pub(super) fn remember(&mut self, path: &str, places: [(usize, Listing); 2]) -> Result<(), StorageError> {
+        let path = String::try_from(path).map_err(|_| StorageError::BadPath)?;
+        self.listed = Some(Listed { path, places });
+        Ok(())
     }
 }

@@ -106,6 +106,12 @@ fn a_listing_is_whole() {
     assert!(listed.iter().all(|entry| !entry.is_directory && entry.attributes.archive && !entry.attributes.read_only));
     assert!(listed.iter().all(|entry| entry.written == FileTime::NO_CLOCK));
     assert_eq!(listed[5].size_bytes, 4);
+    let path = "/sd/sub directory/PART 00.gcode";
+    let facts = storage.facts(path).unwrap();
+    assert_eq!((facts.size_bytes, facts.is_directory, facts.written), (0, false, FileTime::NO_CLOCK));
+    save(&mut storage, path, b"longer").unwrap();
+    assert!(storage.facts(path).unwrap().tag != facts.tag && storage.facts("/sd/sub directory").unwrap().is_directory);
+    assert_eq!(storage.facts("/sd/none"), Err(StorageError::NotFound));
     // A long name is found from anywhere, and after a change as well.
     storage.remove(&format!("/sd/Sub Directory/{longest}")).unwrap();
     storage.list("/sd/Sub Directory", 3, &mut entries).unwrap();

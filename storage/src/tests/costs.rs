@@ -59,6 +59,17 @@ fn calls_read_few_blocks() {
     // Listing goes on where it was: four entries a call take 16 slots, with their block, the one before or
     // behind, and the table's.
     assert_at_most(listing, 155, 0);
+    let one_by_one = cost(&card, |storage| {
+        let named = |entry: Option<base::ports::DirectoryEntry>| entry.map(|entry| entry.name);
+        let mut count = 0;
+        while let Some(name) = named(storage.entry("/sd", count).unwrap()) {
+            assert_eq!(named(storage.entry("/sd", count).unwrap()), Some(name), "the same again");
+            count += 1;
+        }
+        assert_eq!(count, 100);
+    });
+    // Twice each, four slots at a time.
+    assert_at_most(one_by_one, 2 * 100 * 3, 0);
     assert_at_most(cost(&card, |storage| storage.rename(path, "/sd/another name for it").unwrap()), 160, 2);
     assert_at_most(cost(&card, |storage| storage.remove(path).unwrap()), 60, 4);
 }
