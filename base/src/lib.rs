@@ -27,6 +27,7 @@ pub mod safe_file;
 pub mod safety;
 pub mod saved_value;
 pub mod sessions;
+pub mod slicer;
 pub mod slow_turning;
 pub mod snapshot;
 pub mod spread;

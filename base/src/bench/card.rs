@@ -17,7 +17,8 @@ const BLOCK: usize = 512;
 pub struct Card {
     /// Files by name.
     pub files: BTreeMap<String, Vec<u8>>,
-    pub(crate) directories: BTreeSet<String>,
+    /// Folders.
+    pub directories: BTreeSet<String>,
     pub(crate) open: Vec<Option<(String, usize)>>,
     /// Whether reading fails from now on.
     pub fails: bool,
@@ -185,7 +186,8 @@ impl Storage for Card {
         let content = if is_directory { &Vec::new() } else { self.files.get(path).ok_or(StorageError::NotFound)? };
         let hash = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01B3);
         let (size_bytes, tag) = (content.len() as u32, content.iter().fold(1, hash));
-        Ok(FileFacts { size_bytes, is_directory, written: FileTime::NO_CLOCK, tag })
+        let is_read_only = self.read_only == Some(path);
+        Ok(FileFacts { size_bytes, is_directory, is_read_only, written: FileTime::NO_CLOCK, tag })
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {

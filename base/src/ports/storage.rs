@@ -244,6 +244,8 @@ pub struct FileFacts {
     pub size_bytes: u32,
     /// Whether it is a directory.
     pub is_directory: bool,
+    /// Whether writing and removing are forbidden.
+    pub is_read_only: bool,
     /// Time of the last write.
     pub written: FileTime,
     /// Number that changes with the content, as far as the file's size, date and place on the card tell.

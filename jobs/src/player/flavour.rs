@@ -9,7 +9,7 @@ use gcode::{Gathered, LineBuffer};
 use program::Dialect;
 
 use super::lines::{FileLines, Next};
-use super::slicer::SlicerTimes;
+use base::slicer::SlicerTimes;
 
 /// Length of the head that is read, bytes.
 const HEAD: u32 = 2_048;

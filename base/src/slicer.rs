@@ -1,4 +1,4 @@
-//! Duration of a job as its slicer states it: in comments, and by M73.
+//! What slicers write into a file for whoever plays or shows it. Its duration: in comments, and by M73.
 //!
 //! - Cura: `;TIME:6345`, seconds in all, and `;TIME_ELAPSED:123.4` behind each layer;
 //! - PrusaSlicer, SuperSlicer, OrcaSlicer: `; estimated printing time (normal mode) = 1d 2h 3m 4s`, at the
@@ -38,12 +38,12 @@ impl SlicerTimes {
     }
 
     fn read_comment(&mut self, text: &str) {
-        if let Some(seconds) = text.strip_prefix("TIME_ELAPSED:").and_then(seconds) {
+        if let Some(seconds) = text.strip_prefix("TIME_ELAPSED:").and_then(number) {
             self.left = self.total.map(|total| if total > seconds { total - seconds } else { 0.0 });
             return;
         }
         let words = match text.split_once(['=', ':']) {
-            Some(("TIME" | "Print Time", number)) => return self.total = seconds(number).or(self.total),
+            Some(("TIME" | "Print Time", seconds)) => return self.total = number(seconds).or(self.total),
             Some((name, rest)) if name.trim_end() == "estimated printing time (normal mode)" => rest,
             Some((name, rest)) if name.eq_ignore_ascii_case("build time") => rest,
             Some(("model printing time", rest)) => match rest.split_once("total estimated time:") {
@@ -56,8 +56,10 @@ impl SlicerTimes {
     }
 }
 
-fn seconds(text: &str) -> Option<f32> {
-    gcode::read_f32(text.trim()).filter(|seconds| seconds.is_finite() && *seconds >= 0.0)
+/// Reads a number that is not negative.
+#[must_use]
+pub fn number(text: &str) -> Option<f32> {
+    gcode::read_f32(text.trim()).filter(|number| number.is_finite() && *number >= 0.0)
 }
 
 /// Reads `1d 2h 3m 4s`, or `1 hour 23 minutes`, in seconds.
@@ -66,7 +68,7 @@ fn in_words(text: &str) -> Option<f32> {
     loop {
         let digits = rest.find(|letter: char| !letter.is_ascii_digit() && letter != '.').unwrap_or(rest.len());
         let (number, behind) = rest.split_at(digits);
-        let Some(number) = gcode::read_f32(number) else { return sum };
+        let Some(count) = gcode::read_f32(number) else { return sum };
         let unit = behind.trim_start();
         let factor = match unit.as_bytes().first() {
             Some(b'd') => 86_400.0,
@@ -75,7 +77,7 @@ fn in_words(text: &str) -> Option<f32> {
             Some(b's') => 1.0,
             _ => return sum,
         };
-        sum = Some(sum.unwrap_or(0.0) + factor * number);
+        sum = Some(sum.unwrap_or(0.0) + factor * count);
         rest = unit.trim_start_matches(|letter: char| letter.is_ascii_alphabetic()).trim_start();
     }
 }
