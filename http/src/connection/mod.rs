@@ -201,6 +201,12 @@ impl Connection {
         fits
     }
 
+    /// Returns how many bytes of the body are to come; none where nobody knows.
+    #[must_use]
+    pub const fn body_left(&self) -> Option<u64> {
+        self.decoder.left()
+    }
+
     /// Begins the answer to the request. A body that has not been read is thrown away, and the connection
     /// ends.
     pub fn respond(&mut self, response: Response) {

@@ -82,6 +82,11 @@ impl<'w, 'o> Writer<'w, 'o> {
         }
     }
 
+    /// Writes a number as a piece of a string.
+    pub fn more_number(&mut self, number: u64) {
+        self.window.number(number);
+    }
+
     /// Ends a string that was written in pieces.
     pub fn end_text(&mut self) {
         self.window.text("\"");

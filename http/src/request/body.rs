@@ -78,6 +78,12 @@ impl BodyDecoder {
         self.is_over
     }
 
+    /// Returns how many bytes are to come; none where chunks say it one by one.
+    #[must_use]
+    pub const fn left(&self) -> Option<u64> {
+        if self.is_chunked { None } else { Some(self.left) }
+    }
+
     /// Sets how many bytes may still come. False if more are announced already.
     pub const fn allow(&mut self, bytes: u64) -> bool {
         self.allowed = bytes;
