@@ -11,7 +11,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use base::ports::{
     AddressOrigin, NetworkAddress, NetworkLink, NetworkNews, NetworkReport, NetworkService, NetworkTraffic,
-    PasswordRecord,
+    PasswordRecord, Storage,
 };
 use base::sessions::{Intake, Rights};
 use base::snapshot::Snapshot;
@@ -28,7 +28,7 @@ use units::Micros;
 
 use crate::consoles::Console;
 use crate::executor;
-use crate::page::Page;
+use crate::page::{Page, Served};
 
 /// Longest time between two looks at the link and at the stack's timers.
 const LOOK_EVERY: Micros = Micros::from_millis(10);
@@ -211,8 +211,8 @@ impl BoardNetwork {
     }
 
     /// Does a bounded piece of work, if there is some. Returns whether there is more at once.
-    pub fn poll(&mut self, now: Micros) -> bool {
-        self.joined.as_mut().is_some_and(|joined| joined.poll(now))
+    pub fn poll(&mut self, now: Micros, card: &mut impl Storage) -> bool {
+        self.joined.as_mut().is_some_and(|joined| joined.poll(now, card))
     }
 
     /// Takes bytes for the visitor of a console: as many as fit, all if there is none.
@@ -319,24 +319,26 @@ impl BoardNetwork {
 }
 
 impl Joined {
-    fn poll(&mut self, now: Micros) -> bool {
+    fn poll(&mut self, now: Micros, card: &mut impl Storage) -> bool {
         let has_event = HAS_EVENT.load(Ordering::Relaxed) && HAS_EVENT.swap(false, Ordering::AcqRel);
-        (has_event || now >= self.due || self.lines.iter().any(NetworkLine::has_new_room)) && self.serve_network(now)
+        (has_event || now >= self.due || self.lines.iter().any(NetworkLine::has_new_room))
+            && self.serve_network(now, card)
     }
 
     /// Looks at the link, carries frames both ways, and lets the stack's timers act. Returns whether there is
     /// more at once. The performance ledger counts its instructions by its name.
     #[inline(never)]
-    fn serve_network(&mut self, now: Micros) -> bool {
+    fn serve_network(&mut self, now: Micros, card: &mut impl Storage) -> bool {
         let link = self.ethernet.supervise(now);
         self.links += u32::from(link.is_some() && self.link.is_none());
         self.link = link;
-        let mut peers = Peers { lines: &mut self.lines, streams: &mut self.page };
+        let mut peers = Peers { lines: &mut self.lines, streams: &mut Served { page: &mut self.page, card } };
         self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut peers);
-        self.page.run();
+        let is_busy = self.page.run(card);
         let rest = if link.is_some() { LOOK_EVERY } else { LOOK_OFTEN };
         let next = self.stack.next_in();
-        self.due = now.plus(rest.min(Micros(next)));
+        // Work on files goes on whenever the executor rests.
+        self.due = if is_busy { now } else { now.plus(rest.min(Micros(next))) };
         next == 0 || self.ethernet.has_work()
     }
 

@@ -2,6 +2,7 @@
 
 use core::net::Ipv4Addr;
 
+use base::ports::Storage;
 use base::sessions::{Intake, Rights};
 use base::snapshot::Snapshot;
 use bsp_prime::time;
@@ -73,8 +74,10 @@ impl Page {
         self.site.show(snapshot, now_ms(time::now().0));
     }
 
-    /// Hands the machine what visitors ask for.
-    pub fn run(&mut self) {
+    /// Hands the machine what visitors ask for, and works on files for them. Returns whether there is more of
+    /// that soon.
+    pub fn run(&mut self, card: &mut impl Storage) -> bool {
+        let is_busy = self.site.run(now_ms(time::now().0), card);
         let inbox = Console::Page.inbox();
         if self.site.take_stop().is_some() {
             inbox.request(Realtime::Emergency);
@@ -97,7 +100,14 @@ impl Page {
             let _taken = inbox.receive_all(&mut self.intake, line.as_bytes());
             executor::wake_for_session();
         }
+        is_busy
     }
+}
+
+/// The page with the card that its files are on.
+pub struct Served<'s, S> {
+    pub page: &'s mut Page,
+    pub card: &'s mut S,
 }
 
 /// Returns a time of the network in milliseconds.
@@ -105,25 +115,25 @@ const fn now_ms(micros: u64) -> u64 {
     micros / 1_000
 }
 
-impl Streams for Page {
+impl<S: Storage> Streams for Served<'_, S> {
     fn open(&mut self, place: usize, _from: Ipv4Addr, now: u64) {
-        self.site.open(place, STREAM_BYTES, now_ms(now));
+        self.page.site.open(place, STREAM_BYTES, now_ms(now));
     }
 
     fn receive(&mut self, place: usize, bytes: &mut [u8], now: u64) -> usize {
-        self.site.receive(place, bytes, now_ms(now))
+        self.page.site.receive(place, bytes, now_ms(now), self.card)
     }
 
     fn hear_end(&mut self, place: usize) {
-        self.site.hear_end(place);
+        self.page.site.hear_end(place);
     }
 
     fn transmit(&mut self, place: usize, room: &mut [u8], now: u64) -> usize {
-        self.site.transmit(place, room, now_ms(now))
+        self.page.site.transmit(place, room, now_ms(now), self.card)
     }
 
     fn wish(&mut self, place: usize, now: u64) -> Wish {
-        match self.site.life(place, now_ms(now)) {
+        match self.page.site.life(place, now_ms(now)) {
             Life::Open => Wish::Open,
             Life::Finish => Wish::Finish,
             Life::Abort => Wish::Abort,
@@ -131,6 +141,6 @@ impl Streams for Page {
     }
 
     fn close(&mut self, place: usize) {
-        self.site.close(place);
+        self.page.site.close(place, self.card);
     }
 }

@@ -5,6 +5,7 @@ use heapless::String;
 use http::Role;
 use http::json::{Parser, Token};
 
+use crate::files::{Ask, SOURCE, TARGET};
 use crate::objects::{self, Objects};
 
 /// Longest script of a call, bytes.
@@ -69,10 +70,19 @@ pub enum Method {
     JogStop,
     Override,
     PathSince,
+    /// About files.
+    Files(Ask),
 }
 
 /// All methods by their names.
-const METHODS: [(&str, Method); 22] = [
+const METHODS: [(&str, Method); 29] = [
+    ("server.files.list", Method::Files(Ask::List)),
+    ("server.files.get_directory", Method::Files(Ask::Directory)),
+    ("server.files.metadata", Method::Files(Ask::Metadata)),
+    ("server.files.post_directory", Method::Files(Ask::MakeFolder)),
+    ("server.files.move", Method::Files(Ask::Move)),
+    ("server.files.delete_file", Method::Files(Ask::RemoveFile)),
+    ("server.files.delete_directory", Method::Files(Ask::RemoveFolder(false))),
     ("access.info", Method::AccessInfo),
     ("printer.firmware_restart", Method::Release),
     ("printer.print.start", Method::Play),
@@ -110,7 +120,8 @@ impl Method {
             | Self::QueryObjects
             | Self::Subscribe
             | Self::PathSince
-            | Self::EmergencyStop => Role::Watch,
+            | Self::EmergencyStop
+            | Self::Files(Ask::List | Ask::Directory | Ask::Metadata) => Role::Watch,
             Self::Script
             | Self::Ask
             | Self::Pause
@@ -123,7 +134,9 @@ impl Method {
             | Self::JogStart
             | Self::JogBeat
             | Self::JogStop
-            | Self::Override => Role::Operate,
+            | Self::Override
+            | Self::Files(Ask::MakeFolder) => Role::Operate,
+            Self::Files(Ask::Move | Ask::RemoveFile | Ask::RemoveFolder(_)) => Role::Own,
         }
     }
 
@@ -160,6 +173,17 @@ enum Member {
     Params,
 }
 
+impl Member {
+    fn named(key: &str) -> Self {
+        match key {
+            "method" => Self::Method,
+            "id" => Self::Id,
+            "params" => Self::Params,
+            _ => Self::Other,
+        }
+    }
+}
+
 /// Parameter that is being read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Parameter {
@@ -167,7 +191,28 @@ enum Parameter {
     Other,
     Objects,
     Text,
+    Force,
     Number(Quantity),
+}
+
+impl Parameter {
+    fn named(key: &str) -> Self {
+        match key {
+            "objects" => Self::Objects,
+            "script" | "filename" | "axes" | "axis" | "path" | "root" | "source" | "dest" => Self::Text,
+            "force" => Self::Force,
+            key => Quantity::named(key).map_or(Self::Other, Self::Number),
+        }
+    }
+}
+
+/// Returns the mark that stands before a text in the text of a call that has two.
+fn mark_of(key: &str) -> Option<char> {
+    match key {
+        "source" => Some(SOURCE),
+        "dest" => Some(TARGET),
+        _ => None,
+    }
 }
 
 /// Number among the parameters of a call.
@@ -218,6 +263,14 @@ pub struct Reader {
     pub text: String<SCRIPT_BYTES>,
     /// Numbers of the call, by [`Quantity`].
     numbers: [Option<f64>; QUANTITIES],
+    flags: Flags,
+}
+
+/// Truths about a call.
+#[derive(Clone, Copy, Debug)]
+struct Flags {
+    /// Whether a folder is to be removed with all that it holds.
+    is_forced: bool,
     /// Whether something was longer than there is room for, and whether the message is no JSON.
     is_too_long: bool,
     is_broken: bool,
@@ -242,15 +295,14 @@ impl Reader {
             objects: 0,
             text: String::new(),
             numbers: [None; QUANTITIES],
-            is_too_long: false,
-            is_broken: false,
+            flags: Flags { is_forced: false, is_too_long: false, is_broken: false },
         }
     }
 
     /// Takes a piece of the message.
     pub fn read(&mut self, mut bytes: &[u8], of: &Snapshot) {
-        let Self { parser, member, parameter, method, id, objects, text: about, numbers, is_too_long, is_broken } =
-            self;
+        let Self { parser, member, parameter, method, id, objects, text: about, numbers, flags } = self;
+        let Flags { is_forced, is_too_long, is_broken } = flags;
         loop {
             let depth = parser.depth();
             let token = match parser.next(&mut bytes) {
@@ -263,12 +315,7 @@ impl Reader {
             };
             match (depth, token) {
                 (1, Token::Key(key)) => {
-                    *member = match key {
-                        "method" => Member::Method,
-                        "id" => Member::Id,
-                        "params" => Member::Params,
-                        _ => Member::Other,
-                    };
+                    *member = Member::named(key);
                 }
                 (1, Token::Text(text, _)) if *member == Member::Method => {
                     *is_too_long |= method.push_str(text).is_err()
@@ -276,14 +323,16 @@ impl Reader {
                 (1, Token::Text(text, _)) if *member == Member::Id => *is_too_long |= add_to_id(id, text),
                 (1, Token::Number(number)) if *member == Member::Id => *id = number.as_i64().map(Id::Number),
                 (2, Token::Key(key)) if *member == Member::Params => {
-                    *parameter = match key {
-                        "objects" => Parameter::Objects,
-                        "script" | "filename" | "axes" | "axis" => Parameter::Text,
-                        key => Quantity::named(key).map_or(Parameter::Other, Parameter::Number),
-                    };
+                    *parameter = Parameter::named(key);
+                    if let Some(mark) = mark_of(key) {
+                        *is_too_long |= about.push(mark).is_err();
+                    }
                 }
                 (2, Token::Text(text, _)) if *member == Member::Params && *parameter == Parameter::Text => {
                     *is_too_long |= about.push_str(text).is_err();
+                }
+                (2, Token::Bool(is_set)) if *member == Member::Params && *parameter == Parameter::Force => {
+                    *is_forced = is_set;
                 }
                 (2, Token::Number(number)) if *member == Member::Params => {
                     if let Parameter::Number(quantity) = *parameter
@@ -305,16 +354,19 @@ impl Reader {
     /// # Errors
     /// Code and text of the error, when the message is no call.
     pub fn end(&mut self) -> Result<Call, (i32, &'static str)> {
-        if self.is_broken || self.parser.finish().is_err() {
+        if self.flags.is_broken || self.parser.finish().is_err() {
             return Err((codes::PARSE, "the message is no JSON"));
         }
-        if self.is_too_long {
+        if self.flags.is_too_long {
             return Err((codes::INVALID, "the call is too long: send scripts of more than 512 bytes as a file"));
         }
         if self.method.is_empty() {
             return Err((codes::INVALID, "the message names no method; batches are not taken"));
         }
-        let method = Method::named(&self.method).ok_or((codes::METHOD, "there is no such method"))?;
+        let method = match Method::named(&self.method).ok_or((codes::METHOD, "there is no such method"))? {
+            Method::Files(Ask::RemoveFolder(_)) => Method::Files(Ask::RemoveFolder(self.flags.is_forced)),
+            method => method,
+        };
         Ok(Call { method, objects: self.objects, numbers: self.numbers })
     }
 }

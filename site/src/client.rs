@@ -1,10 +1,12 @@
 //! A WebSocket's visitor: calls that come in, answers and notifications that go out.
 
+use base::ports::Storage;
 use base::snapshot::Snapshot;
 use heapless::Deque;
 
 use crate::calls::Reader;
 use crate::console::Console;
+use crate::files::{Files, Question, Visitor};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::reply::{Content, Reply};
 
@@ -37,12 +39,16 @@ pub struct Client {
     pub heard: u32,
     /// State of the machine that was told last.
     pub klippy_state: &'static str,
+    /// Call about files that is carried out or answered: its paths stand in the reader.
+    pub question: Option<Question>,
+    /// Number of the change of files that was told last.
+    pub told_change: u32,
 }
 
 impl Client {
     /// Makes the state of a visitor who has come, and hears what is said from now on.
     #[must_use]
-    pub const fn new(place: u8, heard: u32, klippy_state: &'static str) -> Self {
+    pub const fn new(place: u8, heard: u32, klippy_state: &'static str, told_change: u32) -> Self {
         Self {
             place,
             reader: None,
@@ -54,19 +60,34 @@ impl Client {
             spoken: 0,
             heard,
             klippy_state,
+            question: None,
+            told_change,
         }
     }
 
     /// Returns whether another call can be answered.
     #[must_use]
     pub fn has_room(&self) -> bool {
-        !self.replies.is_full()
+        !self.replies.is_full() && self.question.is_none()
     }
 
     /// Queues an answer behind those that wait.
     pub fn reply(&mut self, reply: Reply) {
         // Room was looked at, or the visitor misses an outcome while taking none of four answers.
         let _ = self.replies.push_back(reply);
+    }
+
+    /// Ends a call about files, done or not.
+    pub fn end_question(&mut self, visitor: Visitor, files: &mut Files, card: &mut impl Storage) {
+        (self.question, self.reader) = (None, None);
+        files.end_question(visitor, card);
+    }
+
+    /// Ends the reply that is out.
+    pub fn end_reply(&mut self, visitor: Visitor, files: &mut Files, card: &mut impl Storage) {
+        if self.sending.take().is_some_and(|reply| reply.answers_files()) {
+            self.end_question(visitor, files, card);
+        }
     }
 
     /// Takes the next answer. One to a script comes behind what the machine said to it.
@@ -113,6 +134,7 @@ impl Client {
         snapshot: &Snapshot,
         hashes: &[u32; MAX_OBJECTS],
         number: u32,
+        change: u32,
     ) -> Option<Reply> {
         if let Some(reply) = self.next_reply() {
             return Some(reply);
@@ -124,6 +146,9 @@ impl Client {
         }
         if let Some(reply) = self.next_line(console).or_else(|| self.next_reply()) {
             return Some(reply);
+        }
+        if core::mem::replace(&mut self.told_change, change) != change {
+            return Some(Reply::message(None, Content::FilesChanged));
         }
         let reply = self.changes(hashes, number);
         // A page takes the machine for lost that says nothing for some seconds.

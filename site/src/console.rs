@@ -165,6 +165,12 @@ impl Console {
         self.scripts.is_empty()
     }
 
+    /// Returns whether lines wait or are carried out that are not only answered to one visitor.
+    #[must_use]
+    pub fn works_for_all(&self) -> bool {
+        self.scripts.iter().any(|script| script.listeners == Listeners::All)
+    }
+
     /// Returns bytes of the next line for the machine, if the one before is done: all up to its line feed.
     pub fn next_line(&mut self, now_ms: u64) -> Option<String<SCRIPT_BYTES>> {
         if self.is_busy || self.waiting.is_empty() {

@@ -10,12 +10,14 @@ mod assets;
 mod calls;
 mod client;
 mod console;
+mod files;
 mod jog;
 mod objects;
 mod path;
 mod reply;
 mod routes;
 mod script;
+mod serving;
 mod site;
 #[cfg(test)]
 mod tests;

@@ -55,7 +55,14 @@ pub enum Content {
     Beat,
     /// Notification without content, by its method.
     Notice(&'static str),
+    /// Answer to a call about files, whose parts somebody else tells.
+    Files,
+    /// Notification: files have changed, which somebody else tells.
+    FilesChanged,
 }
+
+/// Teller of an answer's parts, by their numbers.
+pub type Teller<'r> = &'r mut dyn FnMut(u32, &mut Writer<'_, '_>) -> Next;
 
 impl Content {
     /// Returns the content that tells how a script ended.
@@ -83,6 +90,18 @@ pub struct Reply {
 }
 
 impl Reply {
+    /// Returns whether files are what this tells of.
+    #[must_use]
+    pub const fn is_of_files(&self) -> bool {
+        matches!(self.content, Content::Files | Content::FilesChanged)
+    }
+
+    /// Returns whether this is the answer to a call about files.
+    #[must_use]
+    pub const fn answers_files(&self) -> bool {
+        matches!(self.content, Content::Files)
+    }
+
     /// Makes the answer to a call of a WebSocket.
     #[must_use]
     pub const fn message(id: Option<Id>, content: Content) -> Self {
@@ -116,6 +135,8 @@ pub struct ReplyBody<'r> {
     pub facts: Facts<'r>,
     /// Time since the start, milliseconds.
     pub now_ms: u64,
+    /// Who tells what is not of the machine.
+    pub teller: Option<Teller<'r>>,
 }
 
 impl Body for ReplyBody<'_> {
@@ -123,7 +144,15 @@ impl Body for ReplyBody<'_> {
         if room.len() < PART_ROOM {
             return Made::Part(0);
         }
-        let Self { reply: Reply { id, is_message, content, parts, .. }, snapshot, console, path, facts, now_ms } = self;
+        let Self {
+            reply: Reply { id, is_message, content, parts, .. },
+            snapshot,
+            console,
+            path,
+            facts,
+            now_ms,
+            teller,
+        } = self;
         let tells = Tells {
             id: id.as_ref(),
             is_message: *is_message,
@@ -134,7 +163,16 @@ impl Body for ReplyBody<'_> {
             facts: *facts,
             now_ms: *now_ms,
         };
-        parts.make(room, |part, json| tells.write(part, json))
+        parts.make(room, |part, json| match (part.checked_sub(1), teller.as_deref_mut()) {
+            (Some(part), Some(teller)) => {
+                let next = teller(part, json);
+                if next == Next::End {
+                    tells.end(json);
+                }
+                next
+            }
+            _ => tells.write(part, json),
+        })
     }
 }
 
@@ -191,6 +229,8 @@ impl Tells<'_> {
                 json.text(said.as_ref().map_or("", |said| &said.text));
             }
             Content::Notice(method) => begin_notification(method, json),
+            Content::FilesChanged => begin_notification("notify_filelist_changed", json),
+            Content::Files => json.key("result"),
             Content::Beat => {
                 begin_notification("notify_proc_stat_update", json);
                 json.begin_object();
@@ -287,7 +327,7 @@ impl Tells<'_> {
                 json.end_array();
                 json.end_object();
             }
-            Content::Said(_) | Content::Notice(_) | Content::Beat => json.end_array(),
+            Content::Said(_) | Content::Notice(_) | Content::Beat | Content::FilesChanged => json.end_array(),
             _ => {}
         }
         match self.id {

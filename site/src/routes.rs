@@ -13,9 +13,16 @@ pub enum Handler {
     QueryObjects,
     /// Stop at once, for pages whose socket is gone.
     EmergencyStop,
+    /// Upload of a file, file of the card, removal of one.
+    Upload,
+    File,
+    RemoveFile,
     /// A file of the page.
     Page,
 }
+
+/// Longest upload: what a file of the card can have, with what a form has beside it.
+pub const UPLOAD_BYTES: u64 = 0xFFFF_FFFF;
 
 const fn get(path: &'static str, role: Role, help: &'static str, handler: Handler) -> Route<Handler> {
     Route { method: Method::Get, path, role, content: Content::Nothing, body_bytes: 0, help, handler }
@@ -37,6 +44,25 @@ pub const ROUTES: Routes<Handler> = Routes(&[
         help: "stop the machine at once",
         handler: Handler::EmergencyStop,
     },
+    Route {
+        method: Method::Post,
+        path: "/server/files/upload",
+        role: Role::Operate,
+        content: Content::Form,
+        body_bytes: UPLOAD_BYTES,
+        help: "put a file on the card",
+        handler: Handler::Upload,
+    },
+    get("/server/files/gcodes/*", Role::Watch, "a file of the card, or a picture out of one", Handler::File),
+    Route {
+        method: Method::Delete,
+        path: "/server/files/gcodes/*",
+        role: Role::Own,
+        content: Content::Nothing,
+        body_bytes: 0,
+        help: "remove a file",
+        handler: Handler::RemoveFile,
+    },
     get("/*", Role::Nobody, "the page", Handler::Page),
 ]);
 
@@ -51,8 +77,8 @@ mod tests {
 
     #[test]
     fn nobody_gets_the_page_and_nothing_else() {
-        for (route, role, admitted) in ROUTES.matrix() {
-            assert_eq!(admitted.is_ok(), role != Role::Nobody || route.handler == Handler::Page, "{}", route.path);
+        for (route, _, admitted) in ROUTES.matrix().filter(|(_, role, _)| *role == Role::Nobody) {
+            assert_eq!(admitted.is_ok(), route.handler == Handler::Page, "{}", route.path);
         }
     }
 }

@@ -47,7 +47,8 @@ pub fn of(call: &Call, text: &str) -> Result<Script, &'static str> {
         | Method::JogBeat
         | Method::JogStop
         | Method::PathSince
-        | Method::EmergencyStop => Ok(()),
+        | Method::EmergencyStop
+        | Method::Files(_) => Ok(()),
     };
     written.map(|()| script).map_err(|_| "the text is too long")
 }

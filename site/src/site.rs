@@ -2,19 +2,20 @@
 
 use core::net::Ipv4Addr;
 
+use base::ports::Storage;
 use base::snapshot::Snapshot;
 use heapless::String;
-use http::{Connection, Event, Found, Known, Length, Life, Request, Response, Role, Selection, Status};
+use http::{Connection, Event, Found, Known, Length, Life, Request, Response, Role, Status};
 
-use crate::assets::{Asset, Counted};
 use crate::calls::{Call, Id, Method, Reader, SCRIPT_BYTES, codes};
 use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
+use crate::files::{FileWork, Files, Question, Visitor};
 use crate::jog::{JOG_PLACE, Jogs};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::path::Path;
-use crate::reply::{Content, Facts, Reply, ReplyBody};
-use crate::routes::{Handler, ROUTES};
+use crate::reply::{Content, Reply};
+use crate::routes::{Handler, ROUTES, UPLOAD_BYTES};
 use crate::script;
 
 mod jogs;
@@ -29,7 +30,7 @@ const HOST_BYTES: usize = 72;
 
 /// Work of a connection.
 #[derive(Debug)]
-enum Work {
+pub(crate) enum Work {
     Nothing,
     /// File of the page, from this byte to that.
     Page(&'static [u8]),
@@ -37,21 +38,22 @@ enum Work {
     Answer(Reply),
     /// WebSocket of this client.
     Socket(u8),
+    Files(FileWork),
 }
 
 /// A connection and its work.
 #[derive(Debug)]
-struct Slot {
-    connection: Connection,
-    work: Work,
+pub(crate) struct Slot {
+    pub connection: Connection,
+    pub work: Work,
     /// Answer that is due when the request is whole.
-    due: Option<Response>,
+    pub due: Option<Response>,
 }
 
 /// Place for a WebSocket's visitor.
 #[derive(Debug, Default)]
-struct Seat {
-    client: Option<Client>,
+pub(crate) struct Seat {
+    pub client: Option<Client>,
     /// Number of the visit.
     visit: u32,
 }
@@ -63,24 +65,25 @@ pub struct EmergencyStop;
 /// The site, for `N` connections.
 #[derive(Debug)]
 pub struct Site<const N: usize> {
-    slots: [Option<Slot>; N],
-    seats: [Seat; CLIENTS],
-    console: Console,
+    pub(crate) slots: [Option<Slot>; N],
+    pub(crate) seats: [Seat; CLIENTS],
+    pub(crate) console: Console,
+    pub(crate) files: Files,
     jogs: Jogs,
-    path: Path,
-    snapshot: Snapshot,
+    pub(crate) path: Path,
+    pub(crate) snapshot: Snapshot,
     /// Hash of each object, and the number of the state.
-    hashes: [u32; MAX_OBJECTS],
-    number: u32,
+    pub(crate) hashes: [u32; MAX_OBJECTS],
+    pub(crate) number: u32,
     /// Time of the last state.
     shown_ms: u64,
     /// Role of every visitor.
-    role: Role,
+    pub(crate) role: Role,
     /// Name of the board in the network, alone and with `.local`.
-    host: String<HOST_BYTES>,
+    pub(crate) host: String<HOST_BYTES>,
     full_host: String<HOST_BYTES>,
     addresses: [[u8; 4]; 2],
-    version: &'static str,
+    pub(crate) version: &'static str,
     stop: Option<EmergencyStop>,
 }
 
@@ -93,6 +96,7 @@ impl<const N: usize> Site<N> {
             slots: [const { None }; N],
             seats: core::array::from_fn(|_| Seat::default()),
             console: Console::new(),
+            files: Files::default(),
             jogs: Jogs::new(),
             path: Path::new(),
             snapshot: Snapshot::default(),
@@ -190,10 +194,19 @@ impl<const N: usize> Site<N> {
     }
 
     /// The connection has ended.
-    pub fn close(&mut self, place: usize) {
+    pub fn close(&mut self, place: usize, card: &mut impl Storage) {
         let slot = self.slots.get_mut(place).and_then(Option::take);
-        if let Some(Slot { work: Work::Socket(seat), .. }) = slot {
-            self.leave(seat);
+        if let Some(Slot { work, .. }) = slot {
+            self.end_work(work, place as u8, card);
+        }
+    }
+
+    /// Ends a connection's work, done or not.
+    fn end_work(&mut self, work: Work, place: u8, card: &mut impl Storage) {
+        match work {
+            Work::Nothing | Work::Page(_) | Work::Answer(_) => {}
+            Work::Socket(seat) => self.leave(seat, card),
+            Work::Files(work) => self.files.end(work, place, card),
         }
     }
 
@@ -212,90 +225,119 @@ impl<const N: usize> Site<N> {
         self.slots.get_mut(place).and_then(Option::as_mut).map_or(Life::Abort, |slot| slot.connection.poll(now_ms))
     }
 
-    fn leave(&mut self, seat: u8) {
+    fn leave(&mut self, seat: u8, card: &mut impl Storage) {
         self.jogs.leave(self.asker(seat));
+        self.files.end_question(Visitor::Seat(seat), card);
         if let Some(seat) = self.seats.get_mut(usize::from(seat)) {
             (seat.client, seat.visit) = (None, seat.visit.wrapping_add(1));
         }
     }
 
     /// Takes bytes of a connection. Returns how many.
-    pub fn receive(&mut self, place: usize, bytes: &mut [u8], now_ms: u64) -> usize {
+    pub fn receive(&mut self, place: usize, bytes: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
         let Some(mut slot) = self.slots.get_mut(place).and_then(Option::take) else { return bytes.len() };
-        let used = self.receive_in(&mut slot, bytes, now_ms);
+        let used = self.receive_in(&mut slot, place as u8, bytes, now_ms, card);
         if let Some(free) = self.slots.get_mut(place) {
             *free = Some(slot);
         }
         used
     }
 
-    fn receive_in(&mut self, slot: &mut Slot, bytes: &mut [u8], now_ms: u64) -> usize {
+    fn receive_in(
+        &mut self,
+        slot: &mut Slot,
+        place: u8,
+        bytes: &mut [u8],
+        now_ms: u64,
+        card: &mut impl Storage,
+    ) -> usize {
         let mut used = 0;
         loop {
-            if let Work::Socket(seat) = slot.work
-                && !self
-                    .seats
-                    .get(usize::from(seat))
-                    .and_then(|seat| seat.client.as_ref())
-                    .is_some_and(Client::has_room)
-            {
+            let come = bytes.get_mut(used..).unwrap_or_default();
+            let Some(most) = self.most(slot, place, come, now_ms, card) else {
                 slot.connection.hold(now_ms);
                 return used;
-            }
+            };
             let Slot { connection, work, due } = &mut *slot;
-            let (taken, event) = connection.receive(bytes.get_mut(used..).unwrap_or_default(), now_ms);
+            let (taken, event) = connection.receive(come.get_mut(..most).unwrap_or_default(), now_ms);
             used += taken;
             match event {
                 Event::Nothing => return used,
                 Event::Request(request) => {
-                    let began = self.begin(&request);
-                    match began {
-                        Begun::Answer(response, next) => (*due, *work) = (Some(response), next),
-                        Begun::Stop => {
-                            self.stop_at_once();
-                            let done = Work::Answer(Reply::answer(Content::Done));
-                            (*due, *work) = (Some(Response::json(Status::Ok)), done);
-                        }
-                        Begun::Refuse(status, message) => {
-                            (*due, *work) = (None, Work::Nothing);
-                            connection.respond_error(refusal(status, &request), message);
-                        }
-                        Begun::Upgrade => {
-                            if connection.upgrade(&request) {
-                                *work = self.seat().map_or(Work::Nothing, Work::Socket);
-                            }
-                        }
+                    let former = core::mem::replace(work, Work::Nothing);
+                    self.end_work(former, place, card);
+                    self.start(slot, &request, card);
+                }
+                Event::Body(bytes) => {
+                    if let Work::Files(FileWork::Upload(number)) = work
+                        && let Err(refusal) = self.files.take(*number, bytes, card)
+                    {
+                        connection.respond_error(Response::new(refusal.status), refusal.message);
+                        let former = core::mem::replace(work, Work::Nothing);
+                        self.end_work(former, place, card);
                     }
                 }
-                Event::Body(_) => {}
                 Event::End => {
+                    if let Work::Files(FileWork::Upload(number)) = work {
+                        self.files.end_form(*number);
+                    }
                     if let Some(response) = due.take() {
                         connection.respond(response);
                     }
                 }
-                Event::Refused(_) => *work = Work::Nothing,
+                Event::Refused(_) => {
+                    let former = core::mem::replace(work, Work::Nothing);
+                    self.end_work(former, place, card);
+                }
                 Event::Message { is_first, is_last, bytes, .. } => {
                     if let Work::Socket(seat) = *work {
                         self.read_message(seat, (is_first, is_last), bytes, now_ms);
                     }
                 }
                 Event::Closed(_) => {
-                    if let Work::Socket(seat) = core::mem::replace(work, Work::Nothing) {
-                        self.leave(seat);
-                    }
+                    let former = core::mem::replace(work, Work::Nothing);
+                    self.end_work(former, place, card);
+                }
+            }
+        }
+    }
+
+    /// Begins with a request whose head is whole.
+    fn start(&mut self, slot: &mut Slot, request: &Request<'_>, card: &mut impl Storage) {
+        let began = self.begin(request, card);
+        let Slot { connection, work, due } = slot;
+        match began {
+            Begun::Answer(response, next) => (*due, *work) = (Some(response), next),
+            Begun::Files(response, next) => {
+                (*due, *work) = (response, Work::Files(next));
+                connection.allow_body(UPLOAD_BYTES);
+            }
+            Begun::Stop => {
+                self.stop = Some(EmergencyStop);
+                self.console.drop_waiting();
+                let done = Work::Answer(Reply::answer(Content::Done));
+                (*due, *work) = (Some(Response::json(Status::Ok)), done);
+            }
+            Begun::Refuse(status, message) => {
+                (*due, *work) = (None, Work::Nothing);
+                connection.respond_error(refusal(status, request), message);
+            }
+            Begun::Upgrade => {
+                if connection.upgrade(request) {
+                    *work = self.seat().map_or(Work::Nothing, Work::Socket);
                 }
             }
         }
     }
 
     /// Decides on a request whose head is whole.
-    fn begin(&self, request: &Request<'_>) -> Begun {
+    fn begin(&mut self, request: &Request<'_>, card: &mut impl Storage) -> Begun {
         let names = [self.host.as_str(), self.full_host.as_str(), "localhost"];
         let known = Known { names: &names, addresses: &self.addresses, origins: &[] };
         if let Err(status) = known.check(request) {
             return Begun::Refuse(status, "this is not the page of this board");
         }
-        let (route, _) = match ROUTES.find(request.head.method, request.path) {
+        let (route, rest) = match ROUTES.find(request.head.method, request.path) {
             Found::Route(route, rest) => (route, rest),
             Found::WrongMethod(_) => return Begun::Refuse(Status::MethodNotAllowed, "the path knows other methods"),
             Found::Nothing => return Begun::Refuse(Status::NotFound, "there is nothing of this name"),
@@ -320,7 +362,9 @@ impl<const N: usize> Site<N> {
             Handler::PrinterInfo => json(Content::Printer),
             Handler::ListObjects => json(Content::Names),
             Handler::QueryObjects => json(Content::State(self.objects_of(request))),
-            Handler::Page => page(request),
+            Handler::Upload | Handler::File | Handler::RemoveFile | Handler::Page => {
+                self.begin_files(route.handler, rest, request, card)
+            }
         }
     }
 
@@ -335,8 +379,9 @@ impl<const N: usize> Site<N> {
     /// Finds a seat for a visitor who has come.
     fn seat(&mut self) -> Option<u8> {
         let (heard, state) = (self.console.end(), objects::klippy_state(self.snapshot.state));
+        let change = self.files.change.number;
         let (place, seat) = self.seats.iter_mut().enumerate().find(|(_, seat)| seat.client.is_none())?;
-        seat.client = Some(Client::new(place as u8, heard, state));
+        seat.client = Some(Client::new(place as u8, heard, state, change));
         Some(place as u8)
     }
 
@@ -358,6 +403,13 @@ impl<const N: usize> Site<N> {
     /// Carries out a call. A call without an id is not answered (JSON-RPC 2.0 section 4.1).
     fn call(&mut self, place: u8, mut reader: Reader, now_ms: u64) {
         let read = reader.end();
+        if let Ok(Call { method: Method::Files(ask), .. }) = &read
+            && self.role >= Method::Files(*ask).least_role()
+            && let Some(client) = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut())
+        {
+            (client.question, client.reader) = (Some(Question::new(*ask)), Some(reader));
+            return;
+        }
         let Reader { id, text, .. } = reader;
         let is_notification = id.is_none() && !matches!(read, Err((codes::PARSE | codes::INVALID, _)));
         let content = match read {
@@ -405,58 +457,14 @@ impl<const N: usize> Site<N> {
         let has_room = self.console.take(self.asker(place), id.cloned(), &script, listeners);
         (!has_room).then_some(Content::Error(codes::BUSY, "the machine has lines enough: wait for their answers"))
     }
-
-    /// Writes what is to be sent on a connection. Returns how many bytes.
-    pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64) -> usize {
-        let Self { slots, seats, console, path, snapshot, hashes, number, host, version, .. } = self;
-        let facts = Facts { host, version };
-        let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
-        match &mut slot.work {
-            Work::Nothing => slot.connection.transmit(room, &mut http::Empty, now_ms),
-            Work::Page(left) => {
-                let mut body = Counted::new(left);
-                let written = slot.connection.transmit(room, &mut body, now_ms);
-                *left = left.get(body.made..).unwrap_or_default();
-                written
-            }
-            Work::Answer(reply) => {
-                let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms };
-                slot.connection.transmit(room, &mut body, now_ms)
-            }
-            Work::Socket(seat) => {
-                let client = seats.get_mut(usize::from(*seat)).and_then(|seat| seat.client.as_mut());
-                let Some(client) = client else { return 0 };
-                let mut used = 0;
-                loop {
-                    if !slot.connection.is_sending() {
-                        client.sending = client.next_message(console, snapshot, hashes, *number);
-                        if client.sending.is_none() || !slot.connection.send(http::Kind::Text) {
-                            return used;
-                        }
-                    }
-                    let free = room.get_mut(used..).unwrap_or_default();
-                    let written = match &mut client.sending {
-                        Some(reply) => slot.connection.transmit(
-                            free,
-                            &mut ReplyBody { reply, snapshot, console, path, facts, now_ms },
-                            now_ms,
-                        ),
-                        None => slot.connection.transmit(free, &mut http::Empty, now_ms),
-                    };
-                    used += written;
-                    if written == 0 {
-                        return used;
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// Decision on a request.
-enum Begun {
+pub(crate) enum Begun {
     /// Answer with this head, whose body the work makes.
     Answer(Response, Work),
+    /// The same about files; without a head it comes later.
+    Files(Option<Response>, FileWork),
     Refuse(Status, &'static str),
     /// The machine stops at once.
     Stop,
@@ -470,19 +478,4 @@ fn refusal(status: Status, request: &Request<'_>) -> Response {
         response.allow = methods;
     }
     response
-}
-
-/// Returns the answer that has a file of the page, or the part that was asked for.
-fn page(request: &Request<'_>) -> Begun {
-    let Some(asset) = Asset::find(request.path) else {
-        return Begun::Refuse(Status::NotFound, "there is nothing of this name");
-    };
-    let whole = asset.response();
-    let selection = Selection::of(request, whole.tag, asset.bytes.len() as u64);
-    let bytes = match selection {
-        Selection::Whole => asset.bytes,
-        Selection::Part(part) => asset.bytes.get(part.first as usize..=part.last as usize).unwrap_or_default(),
-        Selection::NotModified | Selection::Unsatisfiable => &[],
-    };
-    Begun::Answer(selection.answer(whole, asset.bytes.len() as u64), Work::Page(bytes))
 }

@@ -21,7 +21,7 @@ impl<L: Locks> Rest for BoardPorts<L> {
         // its turn.
         self.told.tell();
         usb::look_for_room();
-        let has_more = self.owned.network.poll(time::now());
+        let has_more = self.owned.network.poll(time::now(), &mut self.storage);
         executor::rest(if has_more { Wake::AtOnce } else { wake });
     }
 }

@@ -29,7 +29,7 @@ impl<const N: usize> Site<N> {
     pub(super) fn jog(&mut self, place: u8, call: &Call, axis: &str, now_ms: u64) -> Content {
         let holder = self.asker(place);
         let outcome = match call.method {
-            Method::JogStart if !self.console.is_idle() && !self.jogs.is_under_way() => {
+            Method::JogStart if self.console.works_for_all() && !self.jogs.is_under_way() => {
                 Err((codes::BUSY, "other lines are in work: a jog begins when the machine is done with them"))
             }
             Method::JogStart => self.jogs.start(call, axis, holder, now_ms).map(Content::Jog),

@@ -66,7 +66,7 @@ fn a_script_of_who_has_left_answers_nobody_else() {
     let mut desk = Desk::new(Role::Operate);
     desk.upgrade(0);
     desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"G28"},"id":1}"#);
-    desk.site.close(0);
+    desk.site.close(0, &mut desk.card);
     desk.upgrade(1);
     desk.next_line();
     desk.say(&[DONE]);
@@ -140,7 +140,7 @@ fn a_jog_ends_with_its_button_its_connection_and_its_beats() {
             "stop" => {
                 assert!(desk.call(0, r#"{"method":"velvet.jog.stop","params":{"id":1},"id":2}"#)[0].contains("ok"))
             }
-            "close" => desk.site.close(0),
+            "close" => desk.site.close(0, &mut desk.card),
             "fin" => desk.site.hear_end(0),
             // A closing frame, as a browser sends it whose page is left.
             "reload" => drop(desk.send(0, &[0x88, 0x80, 1, 2, 3, 4])),
@@ -192,6 +192,6 @@ fn the_path_is_told_from_a_number_on() {
     desk.site.begin_path();
     assert!(since(&mut desk, 100).contains(r#"{"next":0,"lost":true,"points":[]}"#));
     assert!(desk.call(0, r#"{"method":"velvet.path.since","id":1}"#)[0].contains("-32602"));
-    desk.site.close(0);
+    desk.site.close(0, &mut desk.card);
     assert_eq!((desk.site.follows_path(), desk.site.follows_path()), (Some(false), None));
 }

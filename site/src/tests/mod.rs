@@ -1,5 +1,6 @@
 //! The site against a browser of bytes.
 
+use base::bench::Card;
 use base::sessions::{DONE, REFUSED};
 use base::snapshot::{HeaterShown, JobShown, Snapshot};
 use http::{Life, Role};
@@ -15,6 +16,7 @@ const BUFFER: usize = 2_048;
 
 struct Desk {
     site: Site<PLACES>,
+    card: Card,
     now: u64,
     /// Room that a call of `transmit` has.
     room: usize,
@@ -22,7 +24,8 @@ struct Desk {
 
 impl Desk {
     fn new(role: Role) -> Self {
-        let mut desk = Self { site: Site::new("velvet", "1.2.3", role), now: 1_000, room: 1_460 };
+        let site = Site::new("velvet", "1.2.3", role);
+        let mut desk = Self { site, card: Card::default(), now: 1_000, room: 1_460 };
         desk.site.show(&snapshot(), desk.now);
         desk
     }
@@ -36,9 +39,12 @@ impl Desk {
         let mut waiting = bytes.to_vec();
         let mut heard = Vec::new();
         loop {
-            let used = self.site.receive(place, &mut waiting, self.now);
+            let used = self.site.receive(place, &mut waiting, self.now, &mut self.card);
             waiting.drain(..used);
             let before = heard.len();
+            for _ in 0..20 {
+                self.site.run(self.now, &mut self.card);
+            }
             heard.extend(self.hear(place));
             if used == 0 && heard.len() == before {
                 return heard;
@@ -51,7 +57,7 @@ impl Desk {
         let mut heard = Vec::new();
         loop {
             let mut room = vec![0; self.room];
-            let count = self.site.transmit(place, &mut room, self.now);
+            let count = self.site.transmit(place, &mut room, self.now, &mut self.card);
             heard.extend(&room[..count]);
             if count == 0 {
                 return heard;
@@ -141,6 +147,8 @@ fn snapshot() -> Snapshot {
     }
     snapshot
 }
+
+mod files;
 
 #[test]
 fn the_page_is_served_and_kept_by_browsers() {
@@ -258,7 +266,7 @@ fn each_page_has_a_seat_and_who_has_none_is_told() {
         assert!(desk.upgrade(place).starts_with("HTTP/1.1 101 "));
     }
     assert!(desk.upgrade(CLIENTS).starts_with("HTTP/1.1 503 "));
-    desk.site.close(1);
+    desk.site.close(1, &mut desk.card);
     assert!(desk.upgrade(1).starts_with("HTTP/1.1 101 "));
 }
 

@@ -1,0 +1,149 @@
+//! Files of the card: uploads, downloads, lists, changes.
+//!
+//! The card is one visitor's at a time, and only while it is at rest: nobody waits for it here. What has to
+//! wait stays where it is: the bytes of an upload and the head of a request in their socket, a call with its
+//! visitor.
+
+mod asked;
+mod directory;
+mod keeping;
+mod lines;
+mod metadata;
+mod picture;
+mod place;
+mod reading;
+mod refusal;
+mod turn;
+mod upload;
+mod work;
+
+use base::paths::Path;
+use base::ports::{FreeSpace, Storage};
+
+use keeping::UPLOADS;
+use metadata::Scan;
+use turn::Turn;
+use upload::Upload;
+
+pub use asked::{Ask, Question, SOURCE, TARGET, Telling, write_item};
+pub use work::{FileBody, FileWork, Stored, may_want_card};
+
+/// Time after which a visitor who does not go on loses his turn, milliseconds: at the card, and with a folder
+/// that is listed or a file that is searched.
+const CARD_PATIENCE_MS: u32 = 100;
+const LIST_PATIENCE_MS: u32 = 2_000;
+
+/// Visitor who asks for the card: a connection, or one of a WebSocket.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visitor {
+    /// Connection at this place.
+    Connection(u8),
+    /// Visitor of a WebSocket, at this seat.
+    Seat(u8),
+    /// The site itself.
+    Site,
+}
+
+impl Visitor {
+    const fn number(self) -> u8 {
+        match self {
+            Self::Connection(place) => place,
+            Self::Seat(seat) => 0x40 | seat,
+            Self::Site => 0x80,
+        }
+    }
+}
+
+/// Last change of files, which visitors are told of.
+#[derive(Clone, Debug, Default)]
+pub struct Change {
+    /// What was done, in Moonraker's words.
+    pub action: &'static str,
+    /// Path on the card of what is changed.
+    path: Path,
+    /// Number of the change.
+    pub number: u32,
+}
+
+impl Change {
+    /// Returns the path as visitors name it.
+    #[must_use]
+    pub fn shown(&self) -> &str {
+        place::shown(&self.path)
+    }
+}
+
+/// Space of the card, as far as it is counted.
+#[derive(Debug, Default)]
+struct Space {
+    count: FreeSpace,
+    is_counting: bool,
+    /// Free and whole space, bytes.
+    known: Option<(u64, u64)>,
+}
+
+/// Files of the card in the hands of the site's visitors.
+#[derive(Debug, Default)]
+pub struct Files {
+    uploads: [Option<Upload>; UPLOADS],
+    card: Turn,
+    lists: Turn,
+    scans: Turn,
+    /// Search of a visitor.
+    scan: Option<(u8, Scan)>,
+    space: Space,
+    /// Whether what former uploads left behind is cleared away.
+    is_clear: bool,
+    /// Last change.
+    pub change: Change,
+}
+
+impl Files {
+    /// Returns whether the card is at rest, and the visitor's turn has come.
+    pub fn has_card(&mut self, visitor: Visitor, now_ms: u64, card: &mut impl Storage) -> bool {
+        let visitor = visitor.number();
+        let is_his = self.card.take(visitor, now_ms, CARD_PATIENCE_MS) && card.is_ready();
+        if is_his {
+            self.card.end(visitor);
+        }
+        is_his
+    }
+
+    /// Notes a change of files, which all visitors are told of.
+    fn note(&mut self, action: &'static str, path: &str) {
+        let number = self.change.number.wrapping_add(1);
+        self.change = Change { action, path: Path::try_from(path).unwrap_or_default(), number };
+        self.space.known = None;
+    }
+
+    /// Does the site's own work on files: clears away what a power cut has left of uploads, and counts the
+    /// free space. Returns whether there is more to do.
+    pub fn run(&mut self, now_ms: u64, card: &mut impl Storage) -> bool {
+        let has_work = !self.is_clear || self.space.is_counting;
+        if !has_work || !self.has_card(Visitor::Site, now_ms, card) {
+            return has_work;
+        }
+        if !self.is_clear {
+            // A card that cannot be written to has nothing of an upload, and says so when there is one.
+            for (place, _) in self.uploads.iter().enumerate().filter(|(_, upload)| upload.is_none()) {
+                let _ = keeping::recover(place, card);
+            }
+            self.is_clear = true;
+            return true;
+        }
+        let Space { count, is_counting, known } = &mut self.space;
+        match card.count_free(count) {
+            Ok(false) => {}
+            Ok(true) => (*is_counting, *known) = (false, Some((count.bytes, count.total_bytes))),
+            Err(_) => *is_counting = false,
+        }
+        *is_counting
+    }
+
+    /// Has the free space counted, if it is not known.
+    fn want_space(&mut self) {
+        if self.space.known.is_none() && !self.space.is_counting {
+            (self.space.count, self.space.is_counting) = (FreeSpace::default(), true);
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! What goes out on connections, and the site's work on files.
+
+use base::ports::Storage;
+use base::snapshot::Snapshot;
+use http::json::{Next, Writer};
+use http::{Connection, Request, Response, Selection, Status};
+
+use crate::assets::{Asset, Counted};
+use crate::calls::codes;
+use crate::client::Client;
+use crate::console::{Asker, Console, Listeners};
+use crate::files::{Change, FileBody, FileWork, Files, Stored, Telling, Visitor, may_want_card, write_item};
+use crate::objects::MAX_OBJECTS;
+use crate::path::Path;
+use crate::reply::{Content, Facts, Reply, ReplyBody};
+use crate::routes::Handler;
+use crate::site::{Begun, Seat, Site, Slot, Work};
+
+/// Place of the asker of what nobody waits for.
+const NOBODY: u8 = u8::MAX;
+
+impl<const N: usize> Site<N> {
+    /// Returns how many of the bytes that have come on a connection are to be taken; none while they have to
+    /// wait: for the answers to calls before them, for the card.
+    pub(crate) fn most(
+        &mut self,
+        slot: &Slot,
+        place: u8,
+        bytes: &[u8],
+        now_ms: u64,
+        card: &mut impl Storage,
+    ) -> Option<usize> {
+        if let Work::Socket(seat) = slot.work {
+            let client = self.seats.get(usize::from(seat)).and_then(|seat| seat.client.as_ref());
+            return client.is_some_and(Client::has_room).then_some(bytes.len());
+        }
+        if let Work::Files(work) = &slot.work {
+            return self.files.most(work, place, bytes.len(), slot.connection.body_left(), now_ms, card);
+        }
+        let waits = slot.connection.wants_head()
+            && may_want_card(bytes)
+            && !self.files.has_card(Visitor::Connection(place), now_ms, card);
+        (!waits).then_some(bytes.len())
+    }
+
+    /// Begins with a request about a file of the card or of the page.
+    pub(crate) fn begin_files(
+        &mut self,
+        handler: Handler,
+        rest: &str,
+        request: &Request<'_>,
+        card: &mut impl Storage,
+    ) -> Begun {
+        let Self { files, role, .. } = self;
+        let begun = match handler {
+            Handler::Upload => {
+                files.begin_upload(request.header("Content-Type"), *role).map(|work| Begun::Files(None, work))
+            }
+            Handler::File => files.begin_reading(rest, request, card).map(|(response, work)| match (response, work) {
+                (response, Some(work)) => Begun::Files(response, work),
+                (response, None) => Begun::Answer(response.unwrap_or(Response::new(Status::Ok)), Work::Nothing),
+            }),
+            Handler::RemoveFile => files
+                .remove(rest, *role, card)
+                .map(|()| Begun::Answer(Response::json(Status::Ok), Work::Answer(Reply::answer(Content::Done)))),
+            Handler::Page
+            | Handler::Socket
+            | Handler::ServerInfo
+            | Handler::PrinterInfo
+            | Handler::ListObjects
+            | Handler::QueryObjects
+            | Handler::EmergencyStop => return self.begin_page(request, card),
+        };
+        begun.unwrap_or_else(|refusal| Begun::Refuse(refusal.status, refusal.message))
+    }
+
+    /// Begins to send a file of the page: of the user's own, if he has one, but for names that the board's
+    /// page has, and for `/?builtin`, which gets past a page that does not work.
+    fn begin_page(&mut self, request: &Request<'_>, card: &mut impl Storage) -> Begun {
+        let asset = Asset::find(request.path);
+        let is_board_s = if request.path == "/" { request.query.as_str() == "builtin" } else { asset.is_some() };
+        if !is_board_s && let Ok((response, work)) = self.files.begin_page(request.path, request, card) {
+            return match work {
+                Some(work) => Begun::Files(Some(response), work),
+                None => Begun::Answer(response, Work::Nothing),
+            };
+        }
+        let Some(asset) = asset else {
+            return Begun::Refuse(Status::NotFound, "there is nothing of this name");
+        };
+        let whole = asset.response();
+        let selection = Selection::of(request, whole.tag, asset.bytes.len() as u64);
+        let bytes = match selection {
+            Selection::Whole => asset.bytes,
+            Selection::Part(part) => asset.bytes.get(part.first as usize..=part.last as usize).unwrap_or_default(),
+            Selection::NotModified | Selection::Unsatisfiable => &[],
+        };
+        Begun::Answer(selection.answer(whole, asset.bytes.len() as u64), Work::Page(bytes))
+    }
+
+    /// Does what is to be done on files. Returns whether there is more to do soon.
+    pub fn run(&mut self, now_ms: u64, card: &mut impl Storage) -> bool {
+        let mut is_busy = false;
+        for place in 0..N {
+            if let Some(mut slot) = self.slots.get_mut(place).and_then(Option::take) {
+                is_busy |= self.go_on(&mut slot, place as u8, now_ms, card);
+                if let Some(free) = self.slots.get_mut(place) {
+                    *free = Some(slot);
+                }
+            }
+        }
+        let Self { seats, files, role, slots, .. } = self;
+        for (place, seat) in seats.iter_mut().enumerate() {
+            if let Some(client) = &mut seat.client {
+                is_busy |= go_on_for(client, (Visitor::Seat(place as u8), *role), files, now_ms, card);
+            }
+        }
+        let is_used = slots.iter().any(Option::is_some);
+        files.clear(now_ms, card) || is_used && files.run(now_ms, card) || is_busy
+    }
+
+    /// Goes on with a connection's work on files. Returns whether there is more to do soon.
+    fn go_on(&mut self, slot: &mut Slot, place: u8, now_ms: u64, card: &mut impl Storage) -> bool {
+        let Slot { connection, work, .. } = slot;
+        match work {
+            Work::Files(FileWork::Upload(number)) => {
+                let number = *number;
+                match self.files.keep(number, place, now_ms, card) {
+                    None => {}
+                    Some(Stored::Refused(refusal)) => {
+                        connection.respond_error(Response::new(refusal.status), refusal.message);
+                        self.files.end(FileWork::Upload(number), place, card);
+                        *work = Work::Nothing;
+                    }
+                    Some(Stored::Whole(prints)) => {
+                        let is_started = prints && self.play(number);
+                        self.files.note_started(number, is_started);
+                        connection.respond(Response::json(Status::Created));
+                        *work = Work::Files(FileWork::Stored(number, Default::default()));
+                    }
+                }
+                true
+            }
+            Work::Files(FileWork::Find(_)) => {
+                let Work::Files(FileWork::Find(mut picture)) = core::mem::replace(work, Work::Nothing) else {
+                    return false;
+                };
+                match picture.find(card) {
+                    None => *work = Work::Files(FileWork::Find(picture)),
+                    Some(true) => {
+                        let mut response = Response::json(Status::Ok);
+                        response.content_type = picture.content_type();
+                        connection.respond(response);
+                        *work = Work::Files(FileWork::Picture(picture));
+                    }
+                    Some(false) => {
+                        connection.respond_error(Response::new(Status::NotFound), "the file has no such picture");
+                        self.files.end(FileWork::Find(picture), place, card);
+                    }
+                }
+                true
+            }
+            Work::Files(FileWork::Stored(..) | FileWork::Read(_) | FileWork::Picture(_)) => true,
+            Work::Nothing | Work::Page(_) | Work::Answer(_) | Work::Socket(_) => false,
+        }
+    }
+
+    /// Has the machine play an upload. False if it has lines enough.
+    fn play(&mut self, number: u8) -> bool {
+        use core::fmt::Write as _;
+        let mut line = heapless::String::<{ crate::calls::SCRIPT_BYTES }>::new();
+        let written = write!(line, "play \"{}\"", self.files.path_of(number));
+        written.is_ok() && self.console.take(Asker { place: NOBODY, visit: 0 }, None, &line, Listeners::All)
+    }
+
+    /// Writes what is to be sent on a connection. Returns how many bytes.
+    pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
+        let Self { slots, seats, console, files, path, snapshot, hashes, number, host, version, .. } = self;
+        let facts = Facts { host, version };
+        let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
+        let Slot { connection, work, due } = slot;
+        match work {
+            Work::Nothing => connection.transmit(room, &mut http::Empty, now_ms),
+            Work::Page(left) => {
+                let mut body = Counted::new(left);
+                let written = connection.transmit(room, &mut body, now_ms);
+                *left = left.get(body.made..).unwrap_or_default();
+                written
+            }
+            Work::Answer(reply) => {
+                let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms, teller: None };
+                connection.transmit(room, &mut body, now_ms)
+            }
+            Work::Files(of) => {
+                let written = connection.transmit(room, &mut FileBody { work: of, files, card }, now_ms);
+                let is_over = !connection.is_sending() && due.is_none() && of.is_answered();
+                if is_over && let Work::Files(of) = core::mem::replace(work, Work::Nothing) {
+                    files.end(of, place as u8, card);
+                }
+                written
+            }
+            Work::Socket(seat) => {
+                let Some(Seat { client: Some(client), .. }) = seats.get_mut(usize::from(*seat)) else { return 0 };
+                let mut talk = Talk { client, visitor: Visitor::Seat(*seat), files, card };
+                let machine = Machine { console, path, snapshot, hashes, number: *number, facts, now_ms };
+                talk.go_on(connection, &machine, room)
+            }
+        }
+    }
+}
+
+/// The machine, as visitors are told of it.
+struct Machine<'m> {
+    console: &'m Console,
+    path: &'m Path,
+    snapshot: &'m Snapshot,
+    hashes: &'m [u32; MAX_OBJECTS],
+    number: u32,
+    facts: Facts<'m>,
+    now_ms: u64,
+}
+
+/// Talk with a visitor of a WebSocket.
+struct Talk<'t, S> {
+    client: &'t mut Client,
+    visitor: Visitor,
+    files: &'t mut Files,
+    card: &'t mut S,
+}
+
+impl<S: Storage> Talk<'_, S> {
+    /// Writes as many messages as there are, and room for. Returns how many bytes.
+    fn go_on(&mut self, connection: &mut Connection, machine: &Machine<'_>, room: &mut [u8]) -> usize {
+        let mut used = 0;
+        loop {
+            if !connection.is_sending() {
+                let Self { client, visitor, files, card } = self;
+                client.end_reply(*visitor, files, *card);
+                let Machine { console, snapshot, hashes, number, .. } = *machine;
+                client.sending = client.next_message(console, snapshot, hashes, number, files.change.number);
+                if client.sending.is_none() || !connection.send(http::Kind::Text) {
+                    return used;
+                }
+            }
+            let written = self.send(connection, machine, room.get_mut(used..).unwrap_or_default());
+            used += written;
+            if written == 0 {
+                return used;
+            }
+        }
+    }
+
+    /// Writes a piece of the message that is being sent.
+    fn send(&mut self, connection: &mut Connection, machine: &Machine<'_>, room: &mut [u8]) -> usize {
+        let Machine { console, path, snapshot, facts, now_ms, .. } = *machine;
+        let Self { client: Client { sending, question, reader, .. }, visitor, files, card } = self;
+        let Some(reply) = sending else { return connection.transmit(room, &mut http::Empty, now_ms) };
+        let (answers, tells, visitor) = (reply.answers_files(), reply.is_of_files(), *visitor);
+        let mut teller = |part: u32, json: &mut Writer<'_, '_>| match (question.as_mut(), &reader) {
+            (Some(question), Some(reader)) if answers => {
+                let text = &reader.text;
+                Telling { question, text, visitor, files, card: *card, now_ms }.write(part, json)
+            }
+            _ => tell_change(&files.change, json),
+        };
+        let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms, teller: None };
+        if tells {
+            body.teller = Some(&mut teller);
+        }
+        connection.transmit(room, &mut body, now_ms)
+    }
+}
+
+/// Tells of a change of files.
+fn tell_change(change: &Change, json: &mut Writer<'_, '_>) -> Next {
+    json.begin_object();
+    json.key("action");
+    json.text(change.action);
+    json.key("item");
+    write_item(change.shown(), json);
+    json.end_object();
+    Next::End
+}
+
+/// Goes on with a visitor's call about files. Returns whether there is more to do soon.
+fn go_on_for(
+    client: &mut Client,
+    visitor: (Visitor, http::Role),
+    files: &mut Files,
+    now_ms: u64,
+    card: &mut impl Storage,
+) -> bool {
+    let (Some(question), Some(reader)) = (&mut client.question, &mut client.reader) else { return false };
+    if question.is_answered {
+        return true;
+    }
+    let Some(done) = question.go_on(visitor, &mut reader.text, files, card, now_ms) else { return true };
+    let id = reader.id.clone();
+    let wants_answer = id.is_some();
+    question.is_answered = done.is_ok() && wants_answer;
+    let content = match done {
+        Ok(()) => Content::Files,
+        Err(refusal) => Content::Error(
+            match refusal.status {
+                Status::BadRequest => codes::PARAMETERS,
+                status => i32::from(status.code()),
+            },
+            refusal.message,
+        ),
+    };
+    if !question.is_answered {
+        client.end_question(visitor.0, files, card);
+    }
+    if wants_answer {
+        client.reply(Reply::message(id, content));
+    }
+    true
+}
