@@ -22,7 +22,7 @@ pub type CardStorage<K> = storage::CardStorage<'static, Slot<K>, Dated>;
 
 /// Returns the card storage, not mounted.
 pub fn card_storage<K: Mutex<T = &'static mut CardService>>(card: K) -> CardStorage<K> {
-    CardStorage::new(Slot(card), Dated, workspace::gathered())
+    CardStorage::new(Slot(card), Dated, workspace::of_files())
 }
 
 /// The card in its slot, behind its lock. Each call holds it for microseconds; a call that has to wait sleeps

@@ -7,7 +7,6 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use base::ports::Workspace;
 use motion::{BlockRing, Motion, Store};
-use storage::Gathered;
 
 /// All zero, as the section is.
 #[unsafe(link_section = ".d2ram")]
@@ -32,12 +31,12 @@ pub fn take() -> Option<&'static mut Workspace> {
 }
 
 #[unsafe(link_section = ".d2ram")]
-static mut GATHERED: MaybeUninit<Gathered> = MaybeUninit::uninit();
+static mut OF_FILES: MaybeUninit<storage::Memory> = MaybeUninit::uninit();
 
-/// Returns the memory that gathers writes to files. Called once, with the card's file system.
-pub fn gathered() -> &'static mut Gathered {
-    let gathered = &raw mut GATHERED;
+/// Returns the memory of what goes on with the card's files. Called once, with the card's file system.
+pub fn of_files() -> &'static mut storage::Memory {
+    let memory = &raw mut OF_FILES;
     // SAFETY: the file system is made once, by `idle`, so this is the only reference there ever is; the
     // board is up, so the memory is there.
-    unsafe { (*gathered).write(Gathered::new()) }
+    unsafe { (*memory).write(storage::Memory::new()) }
 }

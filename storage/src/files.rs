@@ -52,15 +52,31 @@ impl Open {
     }
 }
 
+/// Memory of what goes on with the card's files, apart from the [`CardStorage`], which is moved about.
+#[derive(Debug, Default)]
+pub struct Memory {
+    gathered: Gathered,
+    readers: Readers,
+    listed: Option<Listed>,
+}
+
+impl Memory {
+    /// Makes the memory of a card that nothing is known of.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { gathered: Gathered::new(), readers: Readers::new(), listed: None }
+    }
+}
+
 /// The card with its file system. `T` dates files.
 pub struct CardStorage<'g, C: Card, T: TimeSource> {
     manager: Manager<C, T>,
     clock: T,
     raw_volume: Option<RawVolume>,
     open: Vec<Open, MAX_FILES>,
-    readers: Readers,
+    readers: &'g mut Readers,
     next_handle: u8,
-    listed: Option<Listed>,
+    listed: &'g mut Option<Listed>,
     /// The file that is played, and what is read ahead of it.
     ahead: Option<Ahead>,
     gathered: &'g mut Gathered,
@@ -68,16 +84,17 @@ pub struct CardStorage<'g, C: Card, T: TimeSource> {
 
 impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     /// Creates the storage without mounting the card.
-    pub fn new(card: C, clock: T, gathered: &'g mut Gathered) -> Self {
+    pub fn new(card: C, clock: T, memory: &'g mut Memory) -> Self {
+        let Memory { gathered, readers, listed } = memory;
         let manager = Manager::new_with_limits(SdmmcDevice::new(card), clock.clone(), 1);
         Self {
             manager,
             clock,
             raw_volume: None,
             open: Vec::new(),
-            readers: Readers::default(),
+            readers,
             next_handle: 0,
-            listed: None,
+            listed,
             ahead: None,
             gathered,
         }
@@ -92,7 +109,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         if !self.open.is_empty() {
             return Err(StorageError::Busy);
         }
-        self.listed = None;
+        *self.listed = None;
         self.ahead = None;
         self.readers.clear();
         self.card(C::unfollow);
@@ -126,7 +143,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         &mut self,
         action: impl FnOnce(&mut Volume, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
     ) -> Result<R, StorageError> {
-        self.listed = None;
+        *self.listed = None;
         self.names(action)
     }
 
@@ -143,7 +160,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
 
     /// A file that is only read, beside or not.
     fn reader(&mut self, file: FileHandle) -> Option<&mut Reader> {
-        reader_of(&mut self.open, &mut self.readers, file)
+        reader_of(&mut self.open, self.readers, file)
     }
 
     /// Reads on in a file that is only read.
@@ -193,7 +210,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
             return Ok(());
         }
         self.card(C::forgive);
-        self.listed = None;
+        *self.listed = None;
         self.manager.device(|sdmmc| sdmmc.mend()).map_err(of_name::<C>)
     }
 
@@ -226,7 +243,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
     /// Finds the card and its first partition, and completes what a power cut has interrupted. Files that
     /// were open are closed, as the card may be another one.
     fn mount(&mut self) -> Result<(), StorageError> {
-        self.listed = None;
+        *self.listed = None;
         self.ahead = None;
         self.readers.clear();
         while let Some(open) = self.open.pop() {
@@ -261,7 +278,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
     }
 
     fn forget_card(&mut self) {
-        self.listed = None;
+        *self.listed = None;
         self.manager.device(|sdmmc| (sdmmc.volume, sdmmc.absent) = (None, StorageError::NotResponding));
     }
 
@@ -352,7 +369,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         let open = self.open.swap_remove(place);
         if open.is_written() {
             // The size in the directory has changed.
-            self.listed = None;
+            *self.listed = None;
         }
         self.card(|card| card.hold());
         self.close_content(&open)

@@ -23,7 +23,6 @@ mod write_buffer;
 mod tests;
 
 pub use device::Card;
-pub use files::CardStorage;
+pub use files::{CardStorage, Memory};
 pub use readers::MAX_BESIDE;
 pub use sdmmc_device::MAX_FILES;
-pub use write_buffer::Gathered;

@@ -11,6 +11,7 @@ use heapless::Vec;
 pub const MAX_BESIDE: usize = 12;
 
 /// A file that is read.
+#[derive(Debug)]
 pub(crate) struct Reader {
     pub handle: FileHandle,
     pub place: Place,
@@ -33,10 +34,15 @@ impl Reader {
 }
 
 /// All readers beside others.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Readers(Vec<Reader, MAX_BESIDE>);
 
 impl Readers {
+    /// Makes a list of no readers.
+    pub const fn new() -> Self {
+        Self(Vec::new())
+    }
+
     /// Adds a reader.
     ///
     /// # Errors

@@ -17,7 +17,7 @@ pub(crate) struct Written {
 
 /// Bytes of the file written last that do not fill a block yet.
 #[derive(Debug, Default)]
-pub struct Gathered {
+pub(crate) struct Gathered {
     file: Option<FileHandle>,
     bytes: Vec<u8, BLOCK>,
 }

@@ -7,6 +7,7 @@ use heapless::String;
 
 /// A directory that is being listed, so that its next entries are found without reading it from its
 /// beginning, and those that were found last as well.
+#[derive(Debug)]
 pub(super) struct Listed {
     pub path: String<PATH_BYTES>,
     /// Numbers of entries that were passed, and where it goes on behind them: before what was found last, and
@@ -53,8 +54,13 @@ pub(super) fn facts_of(entry: &Facts, place: Place) -> FileFacts {
         .flat_map(u32::to_le_bytes)
         .fold(0xCBF2_9CE4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3));
     let is_directory = attributes.has(Attributes::DIRECTORY);
-    let size_bytes = if is_directory { 0 } else { size_bytes };
-    FileFacts { size_bytes, is_directory, written: time_of(written), tag }
+    FileFacts {
+        size_bytes: if is_directory { 0 } else { size_bytes },
+        is_directory,
+        is_read_only: attributes.has(Attributes::READ_ONLY),
+        written: time_of(written),
+        tag,
+    }
 }
 
 fn time_of(written: Stamp) -> FileTime {

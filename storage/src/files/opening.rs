@@ -141,7 +141,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     /// Remembers where a directory goes on.
     pub(super) fn remember(&mut self, path: &str, places: [(usize, Listing); 2]) -> Result<(), StorageError> {
         let path = String::try_from(path).map_err(|_| StorageError::BadPath)?;
-        self.listed = Some(Listed { path, places });
+        *self.listed = Some(Listed { path, places });
         Ok(())
     }
 }
