@@ -109,7 +109,8 @@ export interface FolderEntry { dirname: string; size: number; modified: number; 
 export interface Directory {
   dirs: FolderEntry[];
   files: FileEntry[];
-  disk_usage: { total: number; used: number; free: number };
+  /** Null until the board has counted it. */
+  disk_usage: { total: number; used: number; free: number } | null;
   root_info: { name: string; permissions: string };
 }
 export interface Thumbnail { width: number; height: number; size: number; relative_path: string }
