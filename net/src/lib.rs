@@ -40,5 +40,5 @@ pub use settings::{
     Addressing, HOST_BYTES, HostName, LINES, LINES_EACH, SERVER_BYTES, Service, Settings, StaticAddress, TELNET_PORT,
     TimeServer, service_of,
 };
-pub use streams::{STREAMS, Streams, Wish};
+pub use streams::{STREAMS, Streams, Verdict, Wish, Word};
 pub use wire::Counts;

@@ -54,6 +54,7 @@ pub struct Network {
     clock: Clock,
     consoles: Consoles,
     places: Places,
+    login: streams::Login,
     gate: Gate,
     news: Inform,
     random: Random,
@@ -112,6 +113,7 @@ impl Network {
             clock: Clock::new(settings.time_server.clone()),
             consoles: Consoles::new(&settings, lines, doors),
             places: Places::new(settings.web, streams),
+            login: streams::Login::default(),
             gate: Gate::new(settings.password_required),
             news: Inform::new(),
             random,
@@ -161,6 +163,9 @@ impl Network {
         let mut means = consoles::Means::new(now, &mut self.gate, &mut self.news, &mut self.scratch[..]);
         self.consoles.run(&mut self.sockets, peers.lines, &mut means);
         self.places.run(&mut self.sockets, peers.streams, &mut self.scratch[..], now);
+        if let Some(from) = self.login.run(&mut self.gate, peers.streams, now) {
+            self.news.tell(News::WrongPassword { from });
+        }
         before != self.filter.counts()
     }
 

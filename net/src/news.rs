@@ -5,7 +5,7 @@ use core::net::Ipv4Addr;
 use heapless::Deque;
 
 use crate::line::Visitor;
-use crate::settings::{HostName, Service};
+use crate::settings::HostName;
 
 /// Origin of the address that the board has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,8 +72,6 @@ pub enum News {
     Left(Visitor),
     /// A wrong password was given.
     WrongPassword {
-        /// Service that was asked for.
-        service: Service,
         /// Address that it came from.
         from: Ipv4Addr,
     },

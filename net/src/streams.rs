@@ -2,10 +2,12 @@
 
 use core::net::Ipv4Addr;
 
+use heapless::Vec;
 use smoltcp::iface::{SocketHandle, SocketSet};
 use smoltcp::socket::tcp::{Socket, State};
 use smoltcp::time::{Duration, Instant};
 
+use crate::password::{Gate, WORD_BYTES};
 use crate::wire::remote;
 
 /// Connections at a time: a browser opens up to six.
@@ -51,6 +53,71 @@ pub trait Streams {
 
     /// The connection has ended.
     fn close(&mut self, place: usize);
+
+    /// Takes the next word that a peer has given for the password. The verdict on it follows.
+    fn take_word(&mut self) -> Option<Word> {
+        None
+    }
+
+    /// Hears the verdict on the word that was taken.
+    fn hear_verdict(&mut self, _verdict: Verdict) {}
+}
+
+/// Word that a peer has given for the password.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word {
+    /// Address of the peer.
+    pub from: Ipv4Addr,
+    /// The word.
+    pub bytes: Vec<u8, WORD_BYTES>,
+}
+
+/// Verdict on a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The word is the password.
+    Right,
+    /// It is not.
+    Wrong,
+    /// There is no password.
+    NoPassword,
+    /// Too many wrong words came: seconds to wait.
+    Wait(u32),
+}
+
+/// Place of the gate's visitor for all web connections, of which one at a time has a word verified.
+const GATE_LINE: usize = usize::MAX;
+
+/// The word that is being verified, by its peer's address.
+#[derive(Debug, Default)]
+pub struct Login {
+    from: Option<Ipv4Addr>,
+}
+
+impl Login {
+    /// Tells the server a verdict that is there, or else has its next word verified. Returns the address that
+    /// a wrong word came from.
+    pub fn run(&mut self, gate: &mut Gate, server: &mut impl Streams, now: Instant) -> Option<Ipv4Addr> {
+        if let Some(from) = self.from {
+            let is_right = gate.verdict(GATE_LINE, from, now)?;
+            self.from = None;
+            server.hear_verdict(if is_right { Verdict::Right } else { Verdict::Wrong });
+            return (!is_right).then_some(from);
+        }
+        if !gate.is_free() {
+            return None;
+        }
+        let Word { from, bytes } = server.take_word()?;
+        let wait = gate.wait(from, now);
+        if gate.record().is_none() {
+            server.hear_verdict(Verdict::NoPassword);
+        } else if wait > Duration::ZERO {
+            server.hear_verdict(Verdict::Wait(wait.total_micros().div_ceil(1_000_000) as u32));
+        } else if gate.prove(GATE_LINE, &bytes) {
+            self.from = Some(from);
+        }
+        None
+    }
 }
 
 /// Stage of a connection.

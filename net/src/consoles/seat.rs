@@ -219,7 +219,7 @@ impl Seat {
             self.encoder.hide();
         }
         let turn = login.run(self.line, from, means.gate, is_known, means.now);
-        let wrong = News::WrongPassword { service: self.service, from };
+        let wrong = News::WrongPassword { from };
         match turn {
             Turn::Nothing => {}
             Turn::Ask(words, was_wrong) => {

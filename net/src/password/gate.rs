@@ -62,9 +62,14 @@ impl Gate {
         true
     }
 
+    /// Returns whether a word can be held against the record now.
+    pub const fn is_free(&self) -> bool {
+        self.work.is_none() && self.verdict.is_none()
+    }
+
     /// Begins to hold a word against the record. False while another hash is in work.
     pub fn prove(&mut self, line: usize, word: &[u8]) -> bool {
-        if self.work.is_some() || self.verdict.is_some() {
+        if !self.is_free() {
             return false;
         }
         match self.record.as_ref().and_then(|record| record.derive(word)) {

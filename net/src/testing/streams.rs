@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::net::Ipv4Addr;
 
-use crate::{Streams, Wish};
+use crate::{Streams, Verdict, Wish, Word};
 
 /// State of a connection.
 #[derive(Debug, Default)]
@@ -22,6 +22,9 @@ pub struct TestStreams {
     pub opened: usize,
     pub closed: usize,
     pub from: Vec<Ipv4Addr>,
+    /// Words that wait for their verdict, and the verdicts.
+    pub words: VecDeque<Word>,
+    pub verdicts: Vec<Verdict>,
 }
 
 /// Most bytes that wait to be said back.
@@ -34,6 +37,14 @@ impl TestStreams {
 }
 
 impl Streams for TestStreams {
+    fn take_word(&mut self) -> Option<Word> {
+        self.words.pop_front()
+    }
+
+    fn hear_verdict(&mut self, verdict: Verdict) {
+        self.verdicts.push(verdict);
+    }
+
     fn open(&mut self, place: usize, from: Ipv4Addr, _now: u64) {
         assert!(self.connections.insert(place, Echo::default()).is_none(), "place {place} is taken");
         self.opened += 1;

@@ -3,7 +3,9 @@
 use smoltcp::iface::SocketHandle;
 
 use crate::testing::{Bench, MS, SECOND};
-use crate::{News, Record, Role, Settings};
+use std::net::Ipv4Addr;
+
+use crate::{News, Record, Role, Settings, Verdict, Word};
 
 const IAC: u8 = 0xFF;
 const WILL_ECHO: [u8; 3] = [IAC, 0xFB, 1];
@@ -129,4 +131,30 @@ fn a_word_that_is_longer_than_any_password_is_wrong() {
     bench.run(500 * MS);
     bench.desk.send(client, &[&[b'x'; 3_000][..], b"\n"].concat());
     assert!(bench.hear(client, 2 * SECOND).contains("Wrong password"));
+}
+
+/// Words of the web pass the same gate, and cost their address and all others the same time.
+#[test]
+fn web_connections_pass_the_gate_of_the_consoles() {
+    let mut bench = bench();
+    let word = |last, text: &[u8]| Word {
+        from: Ipv4Addr::new(10, 0, 0, last),
+        bytes: heapless::Vec::from_slice(text).expect("a short word"),
+    };
+    bench.streams.words.extend([word(5, b"open sesame"), word(5, b"open"), word(6, b"")]);
+    bench.run(3 * SECOND);
+    assert_eq!(bench.streams.verdicts, [Verdict::Right, Verdict::Wrong, Verdict::Wrong]);
+    assert_eq!(bench.news.iter().filter(|news| matches!(news, News::WrongPassword { .. })).count(), 2);
+    bench.streams.verdicts.clear();
+    bench.streams.words.extend((0..6).map(|_| word(6, b"guess")));
+    bench.streams.words.push_back(word(7, b"open sesame"));
+    bench.run(3 * SECOND);
+    let (last, rest) = bench.streams.verdicts.split_last().expect("verdicts");
+    assert_eq!(*last, Verdict::Right, "another address need not wait");
+    assert_eq!(rest[..4], [Verdict::Wrong; 4]);
+    assert!(rest[4..].iter().all(|verdict| matches!(verdict, Verdict::Wait(1..=4))), "{rest:?}");
+    bench.network.set_password_record(None);
+    bench.streams.words.push_back(word(7, b"open sesame"));
+    bench.run(SECOND);
+    assert_eq!(bench.streams.verdicts.last(), Some(&Verdict::NoPassword));
 }
