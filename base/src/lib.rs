@@ -26,6 +26,7 @@ pub mod reason;
 pub mod safe_file;
 pub mod safety;
 pub mod saved_value;
+pub mod secrets;
 pub mod sessions;
 pub mod slicer;
 pub mod slow_turning;

@@ -55,6 +55,8 @@ pub enum StorageError {
     Protected,
     /// Written data reads back as something else: the card claims more than it has, or is worn out.
     NotKept,
+    /// The file holds a secret of the machine, which nobody is shown.
+    Secret,
     /// The card cannot read one of its blocks.
     Unreadable,
     /// A write has failed, and later writes are lost.
@@ -113,6 +115,7 @@ impl StorageError {
             Self::NotKept => {
                 "the SD card does not keep what is written to it: it is worn out or a forgery; use another card"
             }
+            Self::Secret => "it is a secret of the machine, which is not shown",
             Self::Unreadable => "the SD card cannot read a part of itself any more: save its files and replace it",
             Self::WriteFailed => "a write to the SD card has failed and what came after it is lost: replace the card",
             Self::Lent => "a computer uses the SD card over USB: eject it there first",

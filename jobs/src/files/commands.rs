@@ -2,7 +2,8 @@
 
 use base::failure::{Answer, Outcome, Texts};
 use base::paths::words;
-use base::ports::Storage;
+use base::ports::{Storage, StorageError};
+use base::secrets::is_secret;
 use base::sessions::Reply;
 
 use super::Files;
@@ -56,7 +57,9 @@ impl Files {
         let (first, second) = (words.next(), words.next());
         match (command, first, second) {
             ("mv", Some(from), Some(to)) => {
-                if let Err(error) = storage.rename(&self.absolute(from), &self.absolute(to)) {
+                let (old, new) = (self.absolute(from), self.absolute(to));
+                let moved = if is_secret(&old) { Err(StorageError::Secret) } else { storage.rename(&old, &new) };
+                if let Err(error) = moved {
                     reply.say(format_args!("Could not rename {from} to {to}: {}\n", error.text()));
                 }
             }

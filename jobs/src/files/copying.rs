@@ -6,6 +6,7 @@ use base::paths::Path;
 use base::paths::{absolute, words};
 use base::ports::{FileHandle, OpenMode, Storage, StorageError, Wake};
 use base::safe_file::{self, Draft};
+use base::secrets::open_to_show;
 use md5::{Digest, Md5};
 
 /// Bytes read at a time: a block of the card.
@@ -67,7 +68,7 @@ pub fn copy<'c>(hands: &mut impl Hands<'c>, directory: &str, arguments: &str) ->
 }
 
 fn copy_file<'c>(hands: &mut impl Hands<'c>, from: &str, to: &str) -> Result<bool, StorageError> {
-    let source = hands.storage().open(from, OpenMode::Read)?;
+    let source = open_to_show(hands.storage(), from, OpenMode::Read)?;
     hands.wait(Wake::Any).whatever_happens();
     hands.card_at_rest();
     // The source file stays open, so it can never be emptied as its own copy.
@@ -110,7 +111,7 @@ pub fn truncate<'c>(hands: &mut impl Hands<'c>, directory: &str, arguments: &str
 
 /// Replaces the file by its first bytes, whole or not at all.
 fn keep_beginning<'c>(hands: &mut impl Hands<'c>, path: &Path, size: u32) -> Result<(), StorageError> {
-    let file = hands.storage().open(path, OpenMode::Read)?;
+    let file = open_to_show(hands.storage(), path, OpenMode::Read)?;
     let kept = write_beginning(hands, path, file, size);
     let draft = kept?;
     hands.put_in_place(draft)?;
@@ -169,7 +170,7 @@ pub fn md5sum<'c>(hands: &mut impl Hands<'c>, directory: &str, arguments: &str) 
 }
 
 fn digest<'c>(hands: &mut impl Hands<'c>, path: &Path) -> Result<Option<[u8; 16]>, StorageError> {
-    let file = hands.storage().open(path, OpenMode::Read)?;
+    let file = open_to_show(hands.storage(), path, OpenMode::Read)?;
     let mut digest = Md5::new();
     let read = read_through(hands, file, u32::MAX, false, |_, bytes| {
         digest.update(bytes);

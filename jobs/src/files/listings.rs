@@ -7,6 +7,7 @@
 use base::failure::{Failure, Texts};
 use base::paths::{CARD, CONFIG_PATH, Path, quoted, words};
 use base::ports::{DirectoryEntry, FileTime, LIST_CHUNK, OpenMode, Storage, StorageError};
+use base::secrets::open_to_show;
 use base::sessions::{Listing, Reply};
 use heapless::{String, Vec};
 use units::Micros;
@@ -65,7 +66,7 @@ pub fn file(
     let path = files.absolute(name);
     let lines = names.next().and_then(|word| word.parse::<u32>().ok()).unwrap_or(u32::MAX);
     let begins = words(arguments).any(|word| word == "-d").then(|| now.plus(DELAY));
-    match storage.open(&path, OpenMode::Read) {
+    match open_to_show(storage, &path, OpenMode::Read) {
         Ok(file) => Ok(Some(Listing::File { path, file, lines, carried: Vec::new(), begins })),
         Err(StorageError::NotFound) => {
             reply.say(format_args!("File not found: {name}\n"));

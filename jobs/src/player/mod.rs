@@ -27,6 +27,7 @@ mod view;
 use base::failure::{Failure, Texts};
 use base::paths::Path;
 use base::ports::{Clock, OpenMode, Storage, StorageError};
+use base::secrets::open_to_show;
 use base::sessions::{LineBytes, Recipient, Reply, SessionId};
 use config::{Command, MachineConfig};
 use heapless::Vec;
@@ -228,7 +229,7 @@ impl Jobs {
             return Err(Failure::refused(&PRINTING));
         }
         let failed = |error: StorageError| texts.about_file(path, error.text());
-        let file = storage.open(path, OpenMode::Read).map_err(failed)?;
+        let file = open_to_show(storage, path, OpenMode::Read).map_err(failed)?;
         let size = storage.size(file).map_err(|error| {
             // The file is of no use: a failing close changes nothing.
             let _ = storage.close(file);
