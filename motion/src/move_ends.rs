@@ -54,9 +54,14 @@ impl MoveEnds {
     pub fn watch(&mut self, is_watched: bool) {
         if self.is_watched != is_watched {
             self.is_watched = is_watched;
-            self.waiting.clear();
-            self.at = None;
+            self.restart();
         }
+    }
+
+    /// Begins a new path: where it begins is told with its first move.
+    pub fn restart(&mut self) {
+        self.waiting.clear();
+        self.at = None;
     }
 
     /// The block of this count begins at `from`.

@@ -11,6 +11,11 @@ impl Motion {
         self.timeline.ends.watch(is_watched);
     }
 
+    /// Begins a new path, as a job does: where it begins is told with its first move.
+    pub fn begin_path(&mut self) {
+        self.timeline.ends.restart();
+    }
+
     /// Takes the oldest end of a move that the motors have made since moves are watched.
     pub fn take_end_of_move(&mut self) -> Option<MoveEnd> {
         self.timeline.take_end()
