@@ -3,8 +3,8 @@
 
 use config::{Name, TemperatureConfig};
 use heapless::Vec;
-use program::State;
-use units::{AxisSet, Celsius, MAX_HEATERS, MmPerSecond, PerAxis};
+use program::{Spindle, State};
+use units::{Axis, AxisSet, Celsius, MAX_HEATERS, MmPerSecond, PerAxis};
 
 use crate::paths::Path;
 
@@ -51,8 +51,57 @@ pub struct Snapshot {
     pub heaters: Vec<HeaterShown, MAX_HEATERS>,
     /// Fans, in the configuration's order.
     pub fans: Vec<FanShown, MAX_SHOWN_FANS>,
-    /// The job, played or paused.
+    /// The job: played or paused, else the last one.
     pub job: Option<JobShown>,
+    /// Greatest speed along the path, mm/s, none where only axes and motors have one; and acceleration,
+    /// mm/s^2.
+    pub most: (Option<f64>, f64),
+    /// Switches at the ends of axes.
+    pub limits: Vec<LimitShown, { config::MAX_ENDSTOPS }>,
+    /// The probe, where there is one.
+    pub probe: Option<ProbeShown>,
+    /// Number of the tool in the spindle, 0 without one, and its length in mm; none where tools are
+    /// extruders.
+    pub tool: Option<(u32, f64)>,
+    /// The spindle, where an output turns one.
+    pub spindle: Option<SpindleShown>,
+    /// Whether flood and mist are on; none where no output is coolant's.
+    pub coolant: Option<[bool; 2]>,
+}
+
+/// Switch at an end of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LimitShown {
+    /// Axis that it is on.
+    pub axis: Axis,
+    /// End of the axis: least, greatest, or not said.
+    pub end: Option<bool>,
+    /// Whether it is pressed.
+    pub is_pressed: bool,
+}
+
+/// State of the probe.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ProbeShown {
+    /// Whether it touches.
+    pub touches: bool,
+    /// Machine coordinates of the last contact, X Y Z in mm.
+    pub last: Option<[f64; 3]>,
+}
+
+/// State of the spindle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SpindleShown {
+    /// Direction of its turning.
+    pub direction: Spindle,
+    /// Speed that the program asks for (S).
+    pub asked: f32,
+    /// Speed that the output is set to, by the operator's factor as well: what it turns with is not measured.
+    pub set: f32,
+    /// Greatest speed; 0 where the configuration does not say it.
+    pub most: f32,
+    /// Operator's factor; 1 is as programmed.
+    pub factor: f32,
 }
 
 /// A heater, or a sensor without one.
@@ -68,13 +117,23 @@ pub struct HeaterShown {
     pub target: Celsius,
     /// Share of full power, 0 to 1.
     pub power: f32,
+    /// Highest target.
+    pub max: Celsius,
+    /// Whether there is a heater, and not a sensor alone.
+    pub heats: bool,
 }
 
 impl HeaterShown {
     /// Returns a heater of the configuration, cold.
     #[must_use]
     pub fn named(heater: &TemperatureConfig) -> Self {
-        Self { name: heater.name.clone(), designator: heater.designator.clone(), ..Self::default() }
+        Self {
+            name: heater.name.clone(),
+            designator: heater.designator.clone(),
+            max: heater.max_temp,
+            heats: heater.heater_pin.is_some(),
+            ..Self::default()
+        }
     }
 }
 
@@ -89,7 +148,18 @@ pub struct FanShown {
     pub rpm: Option<f32>,
 }
 
-/// The file that is played.
+/// How a job has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JobEnd {
+    /// With its last line.
+    Complete,
+    /// By somebody who ended it.
+    Cancelled,
+    /// By a halt.
+    Halted,
+}
+
+/// The file that is played, or was played last.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JobShown {
     /// Path of the file.
@@ -112,4 +182,8 @@ pub struct JobShown {
     pub layer: u32,
     /// Number of layers, once the file has said it.
     pub layers: Option<u32>,
+    /// Filament used, mm.
+    pub filament: f32,
+    /// How it has ended; none while it goes on.
+    pub end: Option<JobEnd>,
 }

@@ -159,6 +159,12 @@ impl Outputs {
         config.switches.iter().position(|switch| listens(switch, number)).map(|place| SwitchId(place as u8))
     }
 
+    /// Returns whether there is an output that this M-code turns on.
+    #[must_use]
+    pub fn has_code(config: &MachineConfig, number: u16) -> bool {
+        Self::by_code(config, number).is_some()
+    }
+
     /// Returns whether the output that this M-code turns on is on; false when there is none.
     #[must_use]
     pub fn is_on_by_code(&self, config: &MachineConfig, number: u16) -> bool {

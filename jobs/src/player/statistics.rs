@@ -126,6 +126,12 @@ impl Statistics {
         job.filament += extruders.axes().map(by).filter(|mm| libm::fabs(*mm) < JUMP).sum::<f64>();
     }
 
+    /// Returns the filament that the job has used so far, or the last one has, mm.
+    #[must_use]
+    pub fn filament(&self) -> f64 {
+        self.job.as_ref().or(self.before.as_ref()).map_or(0.0, |job| job.filament.max(0.0))
+    }
+
     /// Ends the samples: nothing moves, and no job is open.
     pub const fn rest(&mut self) {
         self.last = None;

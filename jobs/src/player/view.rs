@@ -22,6 +22,8 @@ impl Jobs {
             is_heating: self.is_heating,
             layer: job.layers.current,
             layers: job.layers.total,
+            filament: self.statistics.filament() as f32,
+            end: None,
         })
     }
 }

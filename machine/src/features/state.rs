@@ -2,6 +2,7 @@
 
 use base::brown_out::BrownOut;
 use base::sessions::Recipient;
+use base::snapshot::JobShown;
 use base::stall_watch::StallWatch;
 use config::MachineConfig;
 use jobs::journal::{self, Journal, Recovery};
@@ -58,6 +59,8 @@ pub(crate) struct States {
     pub before_session: Option<Standing>,
     /// Job on its way back after a power cut.
     pub recovery: Option<Recovery>,
+    /// The last job, as viewers see it.
+    pub last_job: Option<JobShown>,
     /// Watch over firmware updates.
     pub update: Watch,
 }
@@ -84,6 +87,7 @@ impl States {
             journal: Journal::new(config.player.power_loss.enable),
             before_session: None,
             recovery: None,
+            last_job: None,
             update: Watch::default(),
         }
     }

@@ -1,16 +1,18 @@
 //! Viewers of the machine, in browsers and at displays: they are shown a snapshot of it as often as they ask.
 
 use base::axes::Axes;
-use base::ports::{HeatPort as _, MotionPort as _, Viewers as _};
+use base::ports::{Clock as _, HeatPort as _, MotionPort as _, Viewers as _};
 use base::safety::Mode;
 use base::safety::travel::Travel;
-use base::snapshot::{FanShown, HeaterShown, JobShown, Snapshot};
+use base::sessions::Recipient;
+use base::snapshot::{FanShown, HeaterShown, JobEnd, JobShown, Snapshot};
 use base::tuning::Tuning;
 use base::{Ports, World};
 use config::MachineConfig;
 use jobs::player::Jobs;
 use motion::{Motion, MoveEnd};
 use parts::fans::Fans;
+use parts::outputs::Outputs;
 use parts::reports::is_live;
 use program::Interpreter;
 use thermal::HeatControl;
@@ -19,6 +21,8 @@ use units::Micros;
 use crate::features::forecast::{self, ForecastHands};
 use crate::machine::Machine;
 use crate::machine::moments::{JobBegins, Moments};
+
+mod equipment;
 
 /// Parts of the machine that viewers see.
 pub(crate) struct Viewed<'m, 'c, P> {
@@ -30,6 +34,9 @@ pub(crate) struct Viewed<'m, 'c, P> {
     jobs: &'m Jobs,
     travel: &'m mut Travel,
     tuning: &'m Tuning,
+    outputs: &'m Outputs,
+    /// The job that has ended last.
+    last_job: &'m mut Option<JobShown>,
 }
 
 /// The machine for its viewers.
@@ -43,7 +50,7 @@ pub(crate) trait ViewedHands<'c>: ForecastHands<'c> {
 
 impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
     fn viewed(&mut self) -> Viewed<'_, 'c, P> {
-        let Self { world, program, safety, axes, features, jobs, tuning, .. } = self;
+        let Self { world, program, safety, axes, features, jobs, tuning, outputs, .. } = self;
         Viewed {
             world,
             program,
@@ -53,6 +60,8 @@ impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
             jobs,
             travel: &mut safety.travel,
             tuning,
+            outputs,
+            last_job: &mut features.last_job,
         }
     }
 
@@ -79,10 +88,22 @@ impl<'c, M: ViewedHands<'c>> Moments<M> for Feature {
 
     fn job_begins(hands: &mut M, from: JobBegins) {
         match from {
-            JobBegins::Whole | JobBegins::FurtherOn | JobBegins::Elsewhere => hands.world().ports.begin_path(),
+            JobBegins::Whole | JobBegins::FurtherOn | JobBegins::Elsewhere => {
+                let ports = &mut hands.world().ports;
+                ports.motion(Motion::begin_path);
+                ports.begin_path();
+            }
             // The same job, on the way back to where it was.
             JobBegins::Again => {}
         }
+    }
+
+    fn job_ends(hands: &mut M, is_done: bool, _to: Recipient) {
+        keep_job(hands, if is_done { JobEnd::Complete } else { JobEnd::Cancelled });
+    }
+
+    fn job_is_dropped(hands: &mut M) {
+        keep_job(hands, JobEnd::Halted);
     }
 }
 
@@ -109,13 +130,15 @@ fn follow_path<'c, H: ViewedHands<'c>>(hands: &mut H, is_drawn: bool) {
 #[inline(never)]
 fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
     let job = job(hands, now);
-    let Viewed { world, program, mode, axes, fans, travel, tuning, .. } = hands.viewed();
+    let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, last_job, .. } = hands.viewed();
     let config = world.config;
     let modal = program.modal();
     let is_live = is_live(mode.state());
-    let (position, speed, factors) = world.ports.motion(|motion| {
+    let (position, speed, factors, most) = world.ports.motion(|motion| {
         let at = if is_live { motion.live_position() } else { motion.commanded_position() };
-        (at, motion.speed(), motion.overrides())
+        let most = motion.config().map(|config| &config.limits);
+        let most = most.map(|most| (most.max_speed.map(|speed| speed.0), most.acceleration.get()));
+        (at, motion.speed(), motion.overrides(), most.unwrap_or_default())
     });
     let mut snapshot = Snapshot {
         state: mode.state(),
@@ -133,11 +156,21 @@ fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
         feed_factor: factors.feed * modal.speed_factor,
         rapid_factor: factors.rapid,
         homed: axes.homed(),
-        job,
+        job: job.or_else(|| last_job.clone()),
+        most,
         ..Snapshot::default()
     };
+    equipment::add(&mut snapshot, world, program, tuning, outputs);
     world.ports.heat(|heat| add_heat(&mut snapshot, config, heat, fans));
     world.ports.show(&snapshot);
+}
+
+/// Keeps the job that ends, for viewers to come.
+fn keep_job<'c>(hands: &mut impl ViewedHands<'c>, end: JobEnd) {
+    let now = hands.world().ports.now();
+    if let Some(job) = job(hands, now) {
+        *hands.viewed().last_job = Some(JobShown { end: Some(end), left_s: None, is_heating: false, ..job });
+    }
 }
 
 fn job<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) -> Option<JobShown> {

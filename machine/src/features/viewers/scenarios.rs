@@ -1,7 +1,7 @@
 //! The machine as its viewers see it.
 
-use base::snapshot::Snapshot;
-use program::State;
+use base::snapshot::{JobEnd, Snapshot};
+use program::{Spindle, State};
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::{Axis, AxisSet, Celsius};
 
@@ -104,6 +104,8 @@ fn the_path_is_told_in_ends_of_moves_while_somebody_draws_it() {
     bench.say("M24");
     bench.hear(5.0);
     let path = bench.network(|network| network.path.clone());
+    assert_eq!(path[0], ([10.0, 10.0, 10.0], false), "where it begins");
+    let path = &path[1..];
     let straight: Vec<_> = path.iter().take(4).map(|(at, lays)| (at[0], at[1], *lays)).collect();
     // A retraction on the way lays nothing.
     assert_eq!(straight, [(20.0, 10.0, true), (20.0, 20.0, false), (30.0, 20.0, true), (31.0, 20.0, false)]);
@@ -115,5 +117,71 @@ fn the_path_is_told_in_ends_of_moves_while_somebody_draws_it() {
     bench.network(|network| network.draws = Some(false));
     bench.say("G1 X50 F6000");
     bench.hear(1.0);
-    assert_eq!(bench.network(|network| network.path.len()), path.len(), "nobody draws it any more");
+    assert_eq!(bench.network(|network| network.path.len()), path.len() + 1, "nobody draws it any more");
+}
+
+#[test]
+fn a_job_is_shown_with_its_end_until_the_next_one() {
+    let job = "G1 X11 E2 F1200\nG1 X12 E4\n";
+    let mut bench = Plan::new(CARTESIAN).file("part.g", job).start();
+    bench.say("G28.3 X10 Y10 Z10");
+    let end = |bench: &mut Bench| look(bench).job.and_then(|job| job.end);
+    bench.say("M23 part.g");
+    bench.say("M24");
+    bench.hear(2.0);
+    let done = look(&mut bench).job.expect("the last job");
+    assert_eq!((done.path.as_str(), done.end), ("/sd/part.g", Some(JobEnd::Complete)));
+    // The place is sampled each 10 ms, which misses the last of it.
+    assert!((3.5..4.01).contains(&done.filament), "{} mm of filament", done.filament);
+    for (ends, how) in [("abort", JobEnd::Cancelled), ("M112", JobEnd::Halted)] {
+        bench.say("M23 part.g");
+        bench.say("M24");
+        bench.hear(0.03);
+        assert_eq!(end(&mut bench), None, "it is played");
+        bench.say(ends);
+        bench.hear(1.0);
+        assert_eq!(end(&mut bench), Some(how), "{ends}");
+    }
+}
+
+#[test]
+fn spindle_coolant_and_tool_of_a_mill_are_shown() {
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[pwm1] frequency = 5000")
+        .set("[switch] tool.enable = true")
+        .set("[switch] tool.input_on_command = M3")
+        .set("[switch] tool.input_off_command = M5")
+        .set("[switch] tool.output_pin = PWM1_1")
+        .set("[switch] tool.output_type = hwpwm")
+        .set("[switch] tool.max_rpm = 12000")
+        .set("[switch] flood.enable = true")
+        .set("[switch] flood.input_on_command = M8")
+        .set("[switch] flood.input_off_command = M9")
+        .set("[switch] flood.output_pin = PI4")
+        .set("[switch] flood.output_type = digital")
+        .start();
+    let shown = look(&mut bench);
+    assert_eq!(
+        (shown.spindle.map(|spindle| spindle.direction), shown.coolant),
+        (Some(Spindle::Stopped), Some([false; 2]))
+    );
+    bench.say("M3 S1000");
+    bench.say("M8");
+    let shown = look(&mut bench);
+    let spindle = shown.spindle.expect("a spindle");
+    assert_eq!((spindle.direction, spindle.asked, spindle.set), (Spindle::Clockwise, 1_000.0, 1_000.0));
+    assert_eq!((spindle.most, spindle.factor), (12_000.0, 1.0));
+    assert_eq!((shown.coolant, shown.tool), (Some([true, false]), None), "tools are extruders here");
+}
+
+#[test]
+fn switches_and_limits_are_shown() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    let shown = look(&mut bench);
+    let names: Vec<_> = shown.limits.iter().map(|limit| (limit.axis, limit.end)).collect();
+    assert_eq!(names, [(Axis::X, Some(false)), (Axis::Y, Some(false)), (Axis::Z, Some(false))]);
+    assert!(shown.limits.iter().all(|limit| !limit.is_pressed));
+    assert_eq!(shown.most, (None, 2_000.0));
+    let hotend = shown.heaters.iter().find(|heater| heater.designator == "T").expect("a hotend");
+    assert!(hotend.heats && hotend.max.0 > 200.0, "{hotend:?}");
 }
