@@ -12,13 +12,17 @@ const WAITING_BYTES: usize = 2 * SCRIPT_BYTES;
 /// Bytes of what the machine said last.
 const SAID_BYTES: usize = 2_048;
 /// Longest line that is passed on in one piece.
-pub const LINE_BYTES: usize = 320;
+pub const LINE_BYTES: usize = 324;
+/// Mark before what is refused, and before faults.
+const MARK: &str = "!! ";
+/// Longest text of a fault.
+pub const FAULT_BYTES: usize = 120;
 /// Time for which the machine waits for a listener who takes nothing, milliseconds.
 const PATIENCE_MS: u64 = 2_000;
 /// Time after which a long answer to one visitor is broken off, if another's lines wait, milliseconds.
 const LONG_ANSWER_MS: u64 = 500;
 /// Beginning of the line that says why the machine refuses.
-pub const REASON: &str = "error:";
+const REASON: &str = "error:";
 /// Listener of a line that is for everybody.
 const EVERYBODY: u8 = 0xFF;
 
@@ -82,6 +86,13 @@ impl Said {
         self.listener != EVERYBODY
     }
 
+    /// Returns why the machine refuses, where the line says that.
+    #[must_use]
+    pub fn reason(&self) -> &str {
+        let words = self.text.strip_prefix(MARK).unwrap_or(&self.text);
+        words.strip_prefix(REASON).unwrap_or(words)
+    }
+
     /// Returns whether the visitor at this place is to hear the line.
     #[must_use]
     pub const fn is_for(&self, place: u8) -> bool {
@@ -118,6 +129,9 @@ pub struct Console {
     /// Time at which the script in work began, and since which its listener takes nothing.
     begun_ms: u64,
     held_since_ms: Option<u64>,
+    /// The last line that said a fault, and whether it is the one of a halt that lasts.
+    fault: String<FAULT_BYTES>,
+    is_halted: bool,
 }
 
 impl Default for Console {
@@ -140,6 +154,8 @@ impl Console {
             is_news: false,
             begun_ms: 0,
             held_since_ms: None,
+            fault: String::new(),
+            is_halted: false,
         }
     }
 
@@ -260,7 +276,7 @@ impl Console {
                 b'\r' => {}
                 byte => {
                     // Text of the machine is ASCII but for names of files.
-                    if self.line.len() + 4 > LINE_BYTES {
+                    if self.line.len() + 4 + MARK.len() > LINE_BYTES {
                         self.pass_on();
                     }
                     let _ = self.line.push(if byte.is_ascii() { char::from(byte) } else { '?' });
@@ -286,18 +302,38 @@ impl Console {
         if line == "ok" || line.is_empty() {
             return;
         }
+        let is_fault = ["ALARM:", "ERROR:"].iter().any(|begin| line.starts_with(begin));
+        if is_fault && !self.is_halted {
+            self.fault.clear();
+            for letter in line.chars() {
+                // A text that is too long is cut.
+                let _cut = self.fault.push(letter);
+            }
+        }
         let listener = self.only_listener().filter(|_| !self.is_news).map_or(EVERYBODY, |asker| asker.place);
-        if let Some(script) = self.scripts.front_mut().filter(|_| self.is_busy && !self.is_news)
-            && line.starts_with(REASON)
-        {
+        let is_reason = line.starts_with(REASON);
+        if is_reason && let Some(script) = self.scripts.front_mut().filter(|_| self.is_busy && !self.is_news) {
             script.reason = Some(self.total);
         }
-        for byte in [listener].into_iter().chain(line.bytes()).chain([b'\n']) {
+        // Who has asked alone gets the machine's own words.
+        let mark = if (is_fault || is_reason) && listener == EVERYBODY { MARK } else { "" };
+        for byte in [listener].into_iter().chain(mark.bytes()).chain(line.bytes()).chain([b'\n']) {
             if let Some(place) = self.said.get_mut(self.total as usize % SAID_BYTES) {
                 *place = byte;
             }
             self.total = self.total.wrapping_add(1);
         }
+    }
+
+    /// Keeps the fault that was said last while the machine is halted: what is said later is not its reason.
+    pub const fn keep_fault(&mut self, is_halted: bool) {
+        self.is_halted = is_halted;
+    }
+
+    /// Returns the last line that said a fault: the reason of a halt, while there is one.
+    #[must_use]
+    pub fn fault(&self) -> Option<&str> {
+        Some(self.fault.as_str()).filter(|text| !text.is_empty())
     }
 
     /// Returns the place behind all that was said.
@@ -364,10 +400,11 @@ mod tests {
         assert_eq!(console.next_line(0).as_deref(), Some("G1 X1\n"));
         console.hear(b"ok\n\x06");
         let outcome = console.take_outcome().expect("an outcome");
-        assert_eq!((outcome.asker, outcome.id, outcome.said), (ASKER, Some(Id::Number(5)), 15));
+        assert_eq!((outcome.asker, outcome.id, outcome.said), (ASKER, Some(Id::Number(5)), 18));
         assert_eq!(outcome.ending, Ending::Refused(Some(0)), "with the place of the reason");
-        assert_eq!(text(&console, 0), Some(("error:too hot".try_into().unwrap(), 15)));
-        assert_eq!(text(&console, 15), None);
+        assert_eq!(console.line(0).as_ref().map(Said::reason), Some("too hot"));
+        assert_eq!(text(&console, 0), Some(("!! error:too hot".try_into().unwrap(), 18)));
+        assert_eq!(text(&console, 18), None);
     }
 
     #[test]

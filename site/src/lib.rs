@@ -14,6 +14,7 @@ mod files;
 mod jog;
 mod objects;
 mod path;
+mod remedies;
 mod reply;
 mod routes;
 mod script;

@@ -3,13 +3,15 @@
 //!
 //! Shapes are Klipper's status reference and Moonraker's "printer objects" documentation.
 
-use base::snapshot::{FanShown, HeaterShown, JobShown, Snapshot};
+use base::snapshot::{FanShown, HeaterShown, JobEnd, JobShown, Snapshot};
 use http::Made;
 use http::json::{Next, Parts, Writer};
 use program::State;
 use units::{Axis, MAX_HEATERS};
 
 use crate::assets::fnv;
+
+mod velvet;
 
 /// Object of the machine's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,8 +50,6 @@ pub const MAX_OBJECTS: usize = FIXED.len() + MAX_HEATERS + base::snapshot::MAX_S
 /// Longest name of an object: `heater_generic` and a name.
 pub const NAME_BYTES: usize = 48;
 
-/// Names of the coordinate systems.
-const SYSTEMS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 /// Longest text of an object that is looked at for changes.
 const OBJECT_BYTES: usize = 960;
 
@@ -77,7 +77,7 @@ pub fn at(place: usize, of: &Snapshot) -> Option<Object> {
 #[must_use]
 pub fn name(place: usize, of: &Snapshot) -> Option<Name> {
     let mut name = Name::new();
-    // The names fit: the longest prefix has 15 bytes, a name 24.
+    // The names fit: the longest prefix has 19 bytes, a name 24.
     let mut add = |prefix: &str, own: &str| {
         let _ = name.push_str(prefix);
         let _ = name.push_str(own);
@@ -89,6 +89,7 @@ pub fn name(place: usize, of: &Snapshot) -> Option<Name> {
             (HeaterKind::Extruder, 1) => add("extruder1", ""),
             (HeaterKind::Extruder, _) => add("extruder2", ""),
             (HeaterKind::Other, _) => add("heater_generic ", &of.heaters.get(usize::from(heater))?.name),
+            (HeaterKind::Sensor, _) => add("temperature_sensor ", &of.heaters.get(usize::from(heater))?.name),
         },
         Object::Fan(0) => add("fan", ""),
         Object::Fan(fan) => add("fan_generic ", &of.fans.get(usize::from(fan))?.name),
@@ -103,10 +104,13 @@ enum HeaterKind {
     Extruder,
     Bed,
     Other,
+    /// A sensor without a heater.
+    Sensor,
 }
 
 fn kind(heater: &HeaterShown) -> HeaterKind {
     match heater.designator.as_bytes().first() {
+        _ if !heater.heats => HeaterKind::Sensor,
         Some(b'T') => HeaterKind::Extruder,
         Some(b'B') if heater.designator.len() == 1 => HeaterKind::Bed,
         _ => HeaterKind::Other,
@@ -128,8 +132,27 @@ pub fn named(asked: &str, of: &Snapshot) -> Objects {
     place.map_or(0, |place| 1 << place)
 }
 
-/// Writes the object at a place: its name and its fields.
-pub fn write(place: usize, of: &Snapshot, json: &mut Writer<'_, '_>) {
+/// Most parts in which objects are written: one for each, and a second one for `velvet`.
+pub const PARTS: usize = MAX_OBJECTS + 1;
+/// Part that has the rest of `velvet`, behind its first.
+const REST: usize = FIXED.len();
+
+/// Writes a part of the objects of a set. `fault` is what the machine said when it halted.
+pub fn write_part(part: usize, set: Objects, of: &Snapshot, fault: Option<&str>, json: &mut Writer<'_, '_>) {
+    let place = if part < REST { part } else { part - 1 };
+    if set & 1 << place == 0 {
+        return;
+    }
+    if part == REST {
+        velvet::write_rest(of, fault, json);
+        json.end_object();
+    } else {
+        write(place, of, fault, json);
+    }
+}
+
+/// Writes the object at a place: its name and its fields; of `velvet` the first part.
+fn write(place: usize, of: &Snapshot, fault: Option<&str>, json: &mut Writer<'_, '_>) {
     let (Some(object), Some(name)) = (at(place, of), name(place, of)) else { return };
     json.key(&name);
     json.begin_object();
@@ -144,7 +167,7 @@ pub fn write(place: usize, of: &Snapshot, json: &mut Writer<'_, '_>) {
             json.float(of.speed.0, 2);
         }
         Object::Heaters => write_heaters(of, json),
-        Object::PrintStats => write_print_stats(of, json),
+        Object::PrintStats => write_print_stats(of, fault, json),
         Object::VirtualSdcard => write_card(of.job.as_ref(), json),
         Object::DisplayStatus => {
             json.key("progress");
@@ -154,9 +177,9 @@ pub fn write(place: usize, of: &Snapshot, json: &mut Writer<'_, '_>) {
         }
         Object::IdleTimeout => {
             json.key("state");
-            json.text(if of.job.is_some() || of.speed.0 > 0.0 { "Printing" } else { "Ready" });
+            json.text(if under_way(of).is_some() || of.speed.0 > 0.0 { "Printing" } else { "Ready" });
         }
-        Object::Velvet => write_velvet(of, json),
+        Object::Velvet => return velvet::write(of, json),
         Object::Heater(heater) => {
             of.heaters.get(usize::from(heater)).into_iter().for_each(|heater| write_heater(heater, json))
         }
@@ -206,6 +229,16 @@ fn write_toolhead(of: &Snapshot, json: &mut Writer<'_, '_>) {
         json.key(key);
         write_numbers(ends.0.into_iter().take(3), json);
     }
+    let (speed, acceleration) = of.most;
+    json.key("max_velocity");
+    json.float(speed.unwrap_or(f64::NAN), 1);
+    json.key("max_accel");
+    json.float(acceleration, 0);
+}
+
+/// Returns the job that is played or paused.
+fn under_way(of: &Snapshot) -> Option<&JobShown> {
+    of.job.as_ref().filter(|job| job.end.is_none())
 }
 
 fn write_gcode_move(of: &Snapshot, json: &mut Writer<'_, '_>) {
@@ -226,11 +259,13 @@ fn write_gcode_move(of: &Snapshot, json: &mut Writer<'_, '_>) {
 }
 
 fn write_heaters(of: &Snapshot, json: &mut Writer<'_, '_>) {
-    for key in ["available_heaters", "available_sensors"] {
+    for (key, is_heaters) in [("available_heaters", true), ("available_sensors", false)] {
         json.key(key);
         json.begin_array();
-        for place in FIXED.len()..FIXED.len() + of.heaters.len() {
-            name(place, of).into_iter().for_each(|name| json.text(&name));
+        for (place, heater) in of.heaters.iter().enumerate() {
+            if heater.heats || !is_heaters {
+                name(FIXED.len() + place, of).into_iter().for_each(|name| json.text(&name));
+            }
         }
         json.end_array();
     }
@@ -241,13 +276,18 @@ fn share(job: &JobShown) -> f64 {
     f64::from(job.done) / f64::from(job.size.max(1))
 }
 
-fn write_print_stats(of: &Snapshot, json: &mut Writer<'_, '_>) {
+fn write_print_stats(of: &Snapshot, fault: Option<&str>, json: &mut Writer<'_, '_>) {
     json.key("state");
-    json.text(match &of.job {
-        Some(job) if job.is_paused => "paused",
-        Some(_) => "printing",
-        None => "standby",
+    let state = of.job.as_ref().map_or("standby", |job| match job.end {
+        Some(JobEnd::Complete) => "complete",
+        Some(JobEnd::Cancelled) => "cancelled",
+        Some(JobEnd::Halted) => "error",
+        None if job.is_paused => "paused",
+        None => "printing",
     });
+    json.text(state);
+    json.key("message");
+    json.text(fault.filter(|_| state == "error").unwrap_or_default());
     let none = JobShown::default();
     let job = of.job.as_ref().unwrap_or(&none);
     json.key("filename");
@@ -256,6 +296,8 @@ fn write_print_stats(of: &Snapshot, json: &mut Writer<'_, '_>) {
         json.key(key);
         json.signed(i64::from(job.elapsed_s));
     }
+    json.key("filament_used");
+    json.float(f64::from(job.filament), 1);
     json.key("info");
     json.begin_object();
     for (key, layer) in [("total_layer", job.layers), ("current_layer", (job.layer > 0).then_some(job.layer))] {
@@ -272,72 +314,25 @@ fn write_card(job: Option<&JobShown>, json: &mut Writer<'_, '_>) {
     json.key("progress");
     json.float(job.map_or(0.0, share), 4);
     json.key("is_active");
-    json.bool(job.is_some_and(|job| !job.is_paused));
+    json.bool(job.is_some_and(|job| !job.is_paused && job.end.is_none()));
     json.key("file_position");
     json.signed(job.map_or(0, |job| i64::from(job.done)));
     json.key("file_size");
     json.signed(job.map_or(0, |job| i64::from(job.size)));
 }
 
-/// What Moonraker has no words for: `docs/api.md`, object `velvet`.
-fn write_velvet(of: &Snapshot, json: &mut Writer<'_, '_>) {
-    json.key("machine");
-    json.text(if of.heaters.is_empty() { "mill" } else { "printer" });
-    json.key("mode");
-    json.text(if of.state == State::Invalid { "Alarm" } else { of.state.name() });
-    json.key("work_position");
-    write_numbers(of.work.0.into_iter().take(3), json);
-    json.key("coordinates");
-    json.begin_object();
-    json.key("active");
-    json.text(SYSTEMS.get(usize::from(of.system)).unwrap_or(&"G54"));
-    json.key("offsets");
-    json.begin_array();
-    for (name, offset) in SYSTEMS.into_iter().zip(of.systems) {
-        json.begin_object();
-        json.key("name");
-        json.text(name);
-        json.key("at");
-        write_numbers(offset, json);
-        json.end_object();
-    }
-    json.end_array();
-    json.end_object();
-    json.key("overrides");
-    json.begin_object();
-    json.key("feed");
-    json.float(of.feed_factor, 3);
-    json.key("rapid");
-    json.float(of.rapid_factor, 3);
-    json.end_object();
-    // Not told yet: the page leaves out what is null.
-    for key in ["fault", "tool", "spindle", "laser", "coolant", "probe"] {
-        json.key(key);
-        json.null();
-    }
-    json.key("limits");
-    json.begin_object();
-    json.end_object();
-    json.key("job");
-    json.begin_object();
-    json.key("left_s");
-    json.float(of.job.as_ref().and_then(|job| job.left_s).map_or(f64::NAN, f64::from), 0);
-    json.key("line");
-    json.number(of.job.as_ref().map_or(0, |job| u64::from(job.line)));
-    json.key("is_heating");
-    json.bool(of.job.as_ref().is_some_and(|job| job.is_heating));
-    json.key("is_suspended");
-    json.bool(of.is_suspended);
-    json.end_object();
-}
-
 fn write_heater(heater: &HeaterShown, json: &mut Writer<'_, '_>) {
     json.key("temperature");
     json.float(heater.reading.map_or(f64::NAN, |reading| f64::from(reading.0)), 1);
+    if !heater.heats {
+        return;
+    }
     json.key("target");
     json.float(f64::from(heater.target.0), 1);
     json.key("power");
     json.float(f64::from(heater.power), 2);
+    json.key("max_temp");
+    json.float(f64::from(heater.max.0), 0);
 }
 
 fn write_fan(fan: &FanShown, json: &mut Writer<'_, '_>) {
@@ -349,20 +344,24 @@ fn write_fan(fan: &FanShown, json: &mut Writer<'_, '_>) {
 
 /// Hash that tells whether an object is another than before.
 #[must_use]
-pub fn hash(place: usize, snapshot: &Snapshot) -> u32 {
+pub fn hash(place: usize, snapshot: &Snapshot, fault: Option<&str>) -> u32 {
     let mut text = [0; OBJECT_BYTES];
-    let mut parts = Parts::new();
-    let made = parts.make(&mut text, |_, json: &mut Writer<'_, '_>| {
-        write(place, snapshot, json);
-        Next::End
-    });
-    let (Made::Part(used) | Made::Last(used)) = made else { return 0 };
-    fnv(text.get(..used).unwrap_or_default()) as u32
+    let mut hash = |part| {
+        let made = Parts::new().make(&mut text, |_, json: &mut Writer<'_, '_>| {
+            write_part(part, 1 << place, snapshot, fault, json);
+            Next::End
+        });
+        let (Made::Part(used) | Made::Last(used)) = made else { return 0 };
+        fnv(text.get(..used).unwrap_or_default()) as u32
+    };
+    let own = hash(if place < REST { place } else { place + 1 });
+    if place + 1 == REST { own.rotate_left(1) ^ hash(REST) } else { own }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use base::snapshot::{LimitShown, ProbeShown, SpindleShown};
     use units::{Celsius, MmPerSecond, PerAxis};
 
     /// A machine whose every text and number is as long as can be.
@@ -378,6 +377,17 @@ mod tests {
             speed: MmPerSecond(12_345.678),
             feed_factor: 12.345,
             rapid_factor: 12.345,
+            most: (Some(12_345.67), 123_456.0),
+            probe: Some(ProbeShown { touches: false, last: Some([-12_345.678; 3]) }),
+            tool: Some((u32::MAX, -12_345.678)),
+            spindle: Some(SpindleShown {
+                direction: program::Spindle::CounterClockwise,
+                asked: 123_456.7,
+                set: 123_456.7,
+                most: 123_456.7,
+                factor: 12.345,
+            }),
+            coolant: Some([false; 2]),
             flow_factor: 12.345,
             job: Some(JobShown {
                 path: "x".repeat(base::ports::PATH_BYTES).as_str().try_into().unwrap(),
@@ -400,21 +410,30 @@ mod tests {
                 reading: Some(Celsius(-123.456)),
                 target: Celsius(-123.456),
                 power: 0.123,
+                max: Celsius(-123.0),
+                heats: true,
                 ..HeaterShown::default()
             })
             .is_ok()
         {}
+        let limit = LimitShown { axis: Axis::X, end: Some(false), is_pressed: false };
+        while of.limits.push(limit).is_ok() {}
         of
+    }
+
+    fn of_halted() -> Snapshot {
+        Snapshot { state: State::Alarm, ..Snapshot::default() }
     }
 
     #[test]
     fn every_object_fits_into_a_part() {
         let of = longest();
-        for place in 0..MAX_OBJECTS {
+        let fault = "\"".repeat(crate::console::FAULT_BYTES);
+        for part in 0..PARTS {
             let mut room = [0; 4_096];
             let mut parts = Parts::new();
             let made = parts.make(&mut room, |_, json| {
-                write(place, &of, json);
+                write_part(part, Objects::MAX, &of, Some(&fault), json);
                 Next::End
             });
             let Made::Last(length) = made else { panic!("{made:?}") };
@@ -425,10 +444,15 @@ mod tests {
     #[test]
     fn a_hash_changes_with_each_field() {
         let of = Snapshot::default();
-        let before: Vec<u32> = (0..MAX_OBJECTS).map(|place| hash(place, &of)).collect();
+        let before: Vec<u32> = (0..MAX_OBJECTS).map(|place| hash(place, &of, None)).collect();
         let changed = Snapshot { flow_factor: 0.9, ..of };
-        let after: Vec<u32> = (0..MAX_OBJECTS).map(|place| hash(place, &changed)).collect();
+        let after: Vec<u32> = (0..MAX_OBJECTS).map(|place| hash(place, &changed, None)).collect();
         let differ: Vec<usize> = (0..MAX_OBJECTS).filter(|place| before[*place] != after[*place]).collect();
         assert_eq!(differ, [2], "gcode_move alone");
+        // The rest of `velvet` counts, and what the machine said.
+        let changed = Snapshot { coolant: Some([true, false]), ..Snapshot::default() };
+        let velvet = REST - 1;
+        assert_ne!(hash(velvet, &changed, None), before[velvet]);
+        assert_ne!(hash(velvet, &of_halted(), Some("one")), hash(velvet, &of_halted(), Some("other")));
     }
 }

@@ -5,7 +5,7 @@ use http::json::{Next, Parts, Writer};
 use http::{Body, Made, Role};
 
 use crate::calls::{Id, codes};
-use crate::console::{Console, Ending, REASON, Said};
+use crate::console::{Console, Ending, Said};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::path::{self, Path, Piece};
 
@@ -202,11 +202,11 @@ impl Tells<'_> {
                 self.end(json);
                 return Next::End;
             }
-        } else if objects == 0 || part as usize > MAX_OBJECTS {
+        } else if objects == 0 || part as usize > objects::PARTS {
             self.end(json);
             return Next::End;
-        } else if objects & 1 << (part - 1) != 0 {
-            objects::write(part as usize - 1, self.snapshot, json);
+        } else {
+            objects::write_part(part as usize - 1, objects, self.snapshot, self.console.fault(), json);
         }
         Next::Part
     }
@@ -239,8 +239,8 @@ impl Tells<'_> {
             Content::Error(code, message) => error(*code, message, json),
             Content::Refused(reason) => {
                 let said = reason.filter(|at| !self.console.is_lost(*at)).and_then(|at| self.console.line(at));
-                let words = said.as_ref().map(|said| said.text.strip_prefix(REASON).unwrap_or(&said.text));
-                error(codes::REFUSED, words.unwrap_or("the machine refused: the console says why"), json);
+                let reason = said.as_ref().map_or("the machine refused: the console says why", Said::reason);
+                error(codes::REFUSED, reason, json);
             }
             _ => {
                 json.key("result");

@@ -6,6 +6,7 @@ use base::ports::Storage;
 use base::snapshot::Snapshot;
 use heapless::String;
 use http::{Connection, Event, Found, Known, Length, Life, Request, Response, Role, Status};
+use program::State;
 
 use crate::calls::{Call, Id, Method, Reader, SCRIPT_BYTES, codes};
 use crate::client::Client;
@@ -137,9 +138,10 @@ impl<const N: usize> Site<N> {
     /// Takes the machine as it is now.
     pub fn show(&mut self, snapshot: &Snapshot, now_ms: u64) {
         self.snapshot.clone_from(snapshot);
+        self.console.keep_fault(snapshot.state == State::Alarm);
         (self.shown_ms, self.number) = (now_ms, self.number.wrapping_add(1).max(1));
         for (place, hash) in self.hashes.iter_mut().enumerate() {
-            *hash = objects::hash(place, snapshot);
+            *hash = objects::hash(place, snapshot, self.console.fault());
         }
     }
 
@@ -207,6 +209,10 @@ impl<const N: usize> Site<N> {
             Work::Nothing | Work::Page(_) | Work::Answer(_) => {}
             Work::Socket(seat) => self.leave(seat, card),
             Work::Files(work) => self.files.end(work, place, card),
+        }
+        if self.slots.iter().all(Option::is_none) {
+            // While nobody looks, the machine may be released and halt anew.
+            self.console.keep_fault(false);
         }
     }
 

@@ -33,7 +33,7 @@ impl From<StorageError> for Refusal {
             E::NotFound => Status::NotFound,
             E::Exists | E::Busy | E::WrongKind => Status::Conflict,
             E::BadPath => Status::BadRequest,
-            E::ReadOnly | E::Protected | E::Exfat => Status::Forbidden,
+            E::ReadOnly | E::Protected | E::Exfat | E::Secret => Status::Forbidden,
             E::Full | E::DirectoryFull => Status::InsufficientStorage,
             E::NoCard | E::Lent | E::NotResponding | E::TooManyOpen => Status::ServiceUnavailable,
             E::NoFileSystem

@@ -141,6 +141,8 @@ fn snapshot() -> Snapshot {
             name: name.try_into().unwrap(),
             designator: designator.try_into().unwrap(),
             reading: Some(Celsius(21.5)),
+            max: Celsius(300.0),
+            heats: true,
             ..HeaterShown::default()
         };
         snapshot.heaters.push(heater).unwrap();
@@ -197,7 +199,7 @@ fn objects_are_told_over_http() {
             && list.contains(r#""extruder","heater_bed","heater_generic chamber""#)
     );
     let answer = desk.get(0, "/printer/objects/query?extruder&heater_generic%20chamber=target&none");
-    let extruder = r#""extruder":{"temperature":21.5,"target":0,"power":0}"#;
+    let extruder = r#""extruder":{"temperature":21.5,"target":0,"power":0,"max_temp":300}"#;
     assert!(
         answer.contains(extruder) && answer.contains("heater_generic chamber") && !answer.contains("toolhead"),
         "{answer}"
@@ -220,11 +222,11 @@ fn a_subscriber_is_told_of_what_changes_and_of_nothing_else() {
     state.heaters[0].target = Celsius(200.0);
     state.heaters[1].target = Celsius(60.0);
     let told = desk.show(0, &state);
-    let update = r#"{"jsonrpc":"2.0","method":"notify_status_update","params":[{"extruder":{"temperature":21.5,"target":200,"power":0}},1.5]}"#;
+    let update = r#"{"jsonrpc":"2.0","method":"notify_status_update","params":[{"extruder":{"temperature":21.5,"target":200,"power":0,"max_temp":300}},1.5]}"#;
     assert_eq!(told, [update], "of the bed nobody wanted to hear");
     state.job = Some(JobShown { path: "/sd/part.g".try_into().unwrap(), size: 200, done: 50, ..JobShown::default() });
     let told = desk.show(0, &state);
-    assert!(told.len() == 1 && told[0].contains(r#""state":"printing","filename":"part.g""#), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains(r#""state":"printing","message":"","filename":"part.g""#), "{told:?}");
 }
 
 #[test]

@@ -59,7 +59,7 @@ export interface BedMesh {
 }
 export interface IdleTimeout { state: "Idle" | "Printing" | "Ready"; printing_time: number }
 
-export interface Fault { code: string; text: string; remedy: string; since: number }
+export interface Fault { code: string; text: string; remedy: string; since?: number }
 export interface Offset { name: string; at: number[] }
 export interface Tool { number: number; name: string; length: number }
 export interface Spindle { rpm: number; target: number; direction: "off" | "clockwise" | "counterclockwise"; max_rpm: number }
