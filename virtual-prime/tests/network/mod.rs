@@ -3,8 +3,10 @@
 mod addresses;
 mod cables;
 mod consoles;
+mod jogs;
 mod motion;
 mod page;
+mod path;
 mod storms;
 
 use virtual_prime::net_desk::peer::{Connection, Peer};

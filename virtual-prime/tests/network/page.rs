@@ -4,8 +4,8 @@ use super::{Net, plan};
 use crate::common::velvet::SECOND;
 use virtual_prime::net_desk::peer::Connection;
 
-const OPEN: &str = "[network] password_required = false";
-const PAGE: &str = "[network] webserver_enable = true";
+pub(super) const OPEN: &str = "[network] password_required = false";
+pub(super) const PAGE: &str = "[network] webserver_enable = true";
 const PORT: u16 = 80;
 
 /// Asks for a path. Returns the answer's head and body as text, with what is no text replaced.
@@ -24,7 +24,7 @@ fn get(net: &mut Net, path: &str) -> String {
 }
 
 /// Opens a WebSocket.
-fn socket(net: &mut Net) -> Connection {
+pub(super) fn socket(net: &mut Net) -> Connection {
     let visitor = net.connect(PORT);
     let request = "GET /websocket HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
                    Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
@@ -35,7 +35,7 @@ fn socket(net: &mut Net) -> Connection {
 }
 
 /// Sends a call as a frame with a mask of zeros.
-fn call(net: &mut Net, visitor: Connection, method: &str, parameters: &str, id: u32) {
+pub(super) fn call(net: &mut Net, visitor: Connection, method: &str, parameters: &str, id: u32) {
     let text = format!(r#"{{"jsonrpc":"2.0","method":"{method}","params":{{{parameters}}},"id":{id}}}"#);
     // A length is written in as few bytes as can be (RFC 6455 section 5.2).
     let mut frame = vec![0x81];
