@@ -36,8 +36,8 @@ pub use events::EventLog;
 pub use gcode::realtime::Realtime;
 pub use inputs::{Input, InputLevels};
 pub use network::{
-    AddressOrigin, NETWORK_NAME_BYTES, Network, NetworkAddress, NetworkLink, NetworkNews, NetworkReport,
-    NetworkService, NetworkTraffic, PASSWORD_RECORD_BYTES, PasswordRecord,
+    AddressOrigin, KEYS_RECORD_BYTES, KeysRecord, NETWORK_NAME_BYTES, Network, NetworkAddress, NetworkLink,
+    NetworkNews, NetworkReport, NetworkService, NetworkTraffic, PASSWORD_RECORD_BYTES, PasswordRecord,
 };
 pub use rest::{Rest, Wake};
 pub use storage::{

@@ -10,7 +10,7 @@ use crate::ports::{
     Ahead, Board, Calendar, Clock, DriversPort, EventLog, HeatPort, Inputs, LightPort, MotionPort, Network, PinPort,
     Rest, Storage, Updates, Usb, Viewers,
 };
-use crate::sessions::{Consoles, Recipient, Reply, Rights, Sessions};
+use crate::sessions::{ConsoleKind, Consoles, Recipient, Reply, Rights, Session, Sessions};
 use crate::supervisor::SupervisorPort;
 
 /// All that one machine asks of the world.
@@ -82,6 +82,30 @@ impl<P: Ports> World<'_, P> {
     /// Says something to every session.
     pub fn announce(&mut self, text: Arguments<'_>) {
         self.sessions.say(Recipient::All, text);
+    }
+
+    /// Says a text where only who stands at the machine reads it: on every console but those of the network.
+    pub fn tell_at_machine(&mut self, text: Arguments<'_>) {
+        let Self { sessions, ports, .. } = self;
+        for id in sessions.ids() {
+            let is_there = !matches!(ports.profile(id).kind, ConsoleKind::Network | ConsoleKind::Web);
+            if let Some(session) = sessions.get_mut(id).filter(|_| is_there) {
+                session.announce(text);
+            }
+        }
+    }
+
+    /// Checks that whoever asks may send more lines that are no commands: of a file. Visitors of the page
+    /// share a session, so the next line may be somebody else's.
+    ///
+    /// # Errors
+    /// For a session that is shared.
+    pub fn sends_alone(&self, asked: Recipient) -> Result<(), Failure> {
+        let session = asked.session().and_then(|id| self.sessions.get(id));
+        if session.is_some_and(Session::is_shared) {
+            return Err(Failure::refused(&"visitors of the page share this console: upload the file on the page"));
+        }
+        Ok(())
     }
 
     /// Checks that whoever asks may change files, settings and firmware.

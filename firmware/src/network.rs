@@ -10,7 +10,7 @@ use core::ops::Range;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use base::ports::{
-    AddressOrigin, NetworkAddress, NetworkLink, NetworkNews, NetworkReport, NetworkService, NetworkTraffic,
+    AddressOrigin, KeysRecord, NetworkAddress, NetworkLink, NetworkNews, NetworkReport, NetworkService, NetworkTraffic,
     PasswordRecord, Storage,
 };
 use base::sessions::{Intake, Rights};
@@ -190,7 +190,11 @@ impl BoardNetwork {
                 lines: core::array::from_fn(NetworkLine::new),
                 page: Page::new(
                     name.as_str(),
-                    if config.password_required { Rights::Watch } else { Rights::Operate },
+                    match (config.password_required, config.watch_without_password) {
+                        (false, _) => site::Role::Operate,
+                        (true, true) => site::Role::Watch,
+                        (true, false) => site::Role::Nobody,
+                    },
                     config.web,
                 ),
                 random,
@@ -287,8 +291,29 @@ impl BoardNetwork {
         };
         if let Some(joined) = self.joined.as_mut() {
             joined.stack.set_password_record(record);
+            joined.page.change_password();
         }
         Ok(())
+    }
+
+    /// Takes the keys of programs that are to be kept.
+    pub fn take_keys(&mut self) -> Option<KeysRecord> {
+        self.joined.as_mut()?.page.take_keys()
+    }
+
+    /// Sets the keys of programs, by their record.
+    pub fn set_keys(&mut self, record: &[u8]) {
+        if let Some(joined) = self.joined.as_mut() {
+            joined.page.set_keys(record);
+        }
+    }
+
+    /// Tells the page's visitor whether a change of password or keys is kept.
+    pub fn tell_kept(&mut self, kept: Result<(), &'static str>) {
+        if let Some(joined) = self.joined.as_mut() {
+            joined.page.tell_kept(kept);
+            joined.due = Micros(0);
+        }
     }
 
     /// Begins to make the record of a password. False when it cannot be one.
@@ -307,7 +332,8 @@ impl BoardNetwork {
     /// Takes the record of a new password when it is made.
     pub fn take_record(&mut self) -> Option<PasswordRecord> {
         let joined = self.joined.as_mut()?;
-        if !joined.wants_record || joined.stack.is_setting_password() {
+        let is_made = joined.wants_record && !joined.stack.is_setting_password();
+        if !is_made && !joined.page.take_password() {
             return None;
         }
         joined.wants_record = false;
@@ -334,6 +360,7 @@ impl Joined {
         self.link = link;
         let mut peers = Peers { lines: &mut self.lines, streams: &mut Served { page: &mut self.page, card } };
         self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut peers);
+        self.page.serve(&mut self.stack, &mut self.random);
         let is_busy = self.page.run(card);
         let rest = if link.is_some() { LOOK_EVERY } else { LOOK_OFTEN };
         let next = self.stack.next_in();
@@ -396,6 +423,9 @@ impl Joined {
                 return Some(NetworkNews::Fault(fault.message()));
             }
         }
+        if let Some(news) = self.page.take_news() {
+            return Some(news);
+        }
         while let Some(news) = self.stack.take_news() {
             match news {
                 News::Address { .. } => {
@@ -415,7 +445,7 @@ impl Joined {
                     self.clock_set_at = Some(time::now());
                     return Some(NetworkNews::Time(unix_ms.saturating_add(500) / 1_000));
                 }
-                News::WrongPassword { from, .. } => return Some(NetworkNews::WrongPassword(from)),
+                News::WrongPassword { from } => return Some(NetworkNews::WrongPassword(from)),
                 News::Named(_) | News::NameTaken(_) | News::NoTime | News::Came(_) | News::Left(_) => {}
             }
         }

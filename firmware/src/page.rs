@@ -2,12 +2,13 @@
 
 use core::net::Ipv4Addr;
 
-use base::ports::Storage;
+use base::ports::{KeysRecord, NetworkNews, Storage};
 use base::sessions::{Intake, Rights};
 use base::snapshot::Snapshot;
+use bsp_prime::random::RandomWords;
 use bsp_prime::time;
 use gcode::realtime::Realtime;
-use net::{STREAMS, Streams, Wish};
+use net::{Network, STREAMS, Streams, Verdict, Wish, Word};
 use site::{Life, Role, Site};
 
 use crate::consoles::Console;
@@ -20,23 +21,34 @@ const STREAM_BYTES: usize = net::STREAM_BYTES;
 pub struct Page {
     site: Site<STREAMS>,
     intake: Intake,
+    /// Rights of the line that was handed over last.
     rights: Rights,
+    /// Keys of programs that are to be kept.
+    keys: Option<KeysRecord>,
+    /// Progress of a password that a visitor has set.
+    password: NewPassword,
+}
+
+/// Progress of a password that a visitor of the page has set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum NewPassword {
+    Nothing,
+    /// Its record is being made.
+    Making,
+    /// Its record is made, and to be kept.
+    Made,
 }
 
 impl Page {
-    /// Makes the page of a board that has this name in the network. Its console opens only where the page is
-    /// served.
-    pub fn new(host: &str, rights: Rights, is_served: bool) -> Self {
-        let role = match rights {
-            Rights::Watch => Role::Nobody,
-            Rights::Operate => Role::Operate,
-            Rights::Own => Role::Own,
-        };
+    /// Makes the page of a board that has this name in the network. `without` is what visitors may do who
+    /// have neither logged in nor a key. The page's console opens only where it is served.
+    pub fn new(host: &str, without: Role, is_served: bool) -> Self {
         let mut intake = Intake::new();
         if is_served {
             Console::Page.inbox().open(&mut intake);
         }
-        Self { site: Site::new(host, env!("VELVET_VERSION"), role), intake, rights }
+        let site = Site::new(host, env!("VELVET_VERSION"), without);
+        Self { site, intake, rights: Rights::Watch, keys: None, password: NewPassword::Nothing }
     }
 
     /// Returns the page's site.
@@ -44,7 +56,7 @@ impl Page {
         &mut self.site
     }
 
-    /// Returns the rights of the page's console.
+    /// Returns the rights of the line that the page's console has.
     pub const fn rights(&self) -> Rights {
         self.rights
     }
@@ -94,14 +106,90 @@ impl Page {
             executor::wake_for_session();
         }
         if inbox.room() >= site::SCRIPT_BYTES
-            && let Some(line) = self.site.next_line(now)
+            && let Some((line, role)) = self.site.next_line(now)
         {
+            self.rights = match role {
+                Role::Nobody | Role::Watch => Rights::Watch,
+                Role::Operate => Rights::Operate,
+                Role::Own => Rights::Own,
+            };
             // The inbox has room for the line.
             let _taken = inbox.receive_all(&mut self.intake, line.as_bytes());
             executor::wake_for_session();
         }
         is_busy
     }
+}
+
+impl Page {
+    /// Gives the site what it asks of the board: random bytes, and a password to be made.
+    pub fn serve(&mut self, stack: &mut Network, random: &mut RandomWords) {
+        while self.site.wants_random() {
+            self.site.add_random(bytes(random.take()));
+        }
+        if let Some(word) = self.site.take_password() {
+            let is_begun = stack.set_password(&word, bytes(random.take()));
+            self.password = NewPassword::Making;
+            if !is_begun {
+                self.tell_kept(Err("the password is too long"));
+            }
+        }
+        if self.password == NewPassword::Making && !stack.is_setting_password() {
+            self.password = NewPassword::Made;
+        }
+        self.site.set_has_password(stack.password_record().is_some());
+    }
+
+    /// Takes what the machine has to do for visitors.
+    pub fn take_news(&mut self) -> Option<NetworkNews> {
+        if let Some((code, from)) = self.site.take_code() {
+            return Some(NetworkNews::Code(code, Ipv4Addr::from(from)));
+        }
+        if self.password == NewPassword::Made {
+            return Some(NetworkNews::NewPassword);
+        }
+        self.keys = self.site.take_keys();
+        self.keys.as_ref().map(|_| NetworkNews::NewKeys)
+    }
+
+    /// Takes whether the record of a visitor's password is made and to be kept.
+    pub fn take_password(&mut self) -> bool {
+        let is_made = self.password == NewPassword::Made;
+        if is_made {
+            self.password = NewPassword::Nothing;
+        }
+        is_made
+    }
+
+    /// Takes the keys of programs that are to be kept.
+    pub const fn take_keys(&mut self) -> Option<KeysRecord> {
+        self.keys.take()
+    }
+
+    /// Sets the keys of programs, by their record.
+    pub fn set_keys(&mut self, record: &[u8]) {
+        self.site.read_keys(record);
+    }
+
+    /// The password is another one: all who have logged in are nobody again.
+    pub fn change_password(&mut self) {
+        self.site.change_password();
+    }
+
+    /// Hears whether a visitor's password or keys are kept.
+    pub fn tell_kept(&mut self, kept: Result<(), &'static str>) {
+        self.password = NewPassword::Nothing;
+        self.site.hear_kept(kept);
+    }
+}
+
+/// Returns the bytes of random words.
+fn bytes(words: [u32; 4]) -> [u8; 16] {
+    let mut bytes = [0; 16];
+    for (place, byte) in bytes.iter_mut().zip(words.into_iter().flat_map(u32::to_le_bytes)) {
+        *place = byte;
+    }
+    bytes
 }
 
 /// The page with the card that its files are on.
@@ -116,8 +204,8 @@ const fn now_ms(micros: u64) -> u64 {
 }
 
 impl<S: Storage> Streams for Served<'_, S> {
-    fn open(&mut self, place: usize, _from: Ipv4Addr, now: u64) {
-        self.page.site.open(place, STREAM_BYTES, now_ms(now));
+    fn open(&mut self, place: usize, from: Ipv4Addr, now: u64) {
+        self.page.site.open(place, from, STREAM_BYTES, now_ms(now));
     }
 
     fn receive(&mut self, place: usize, bytes: &mut [u8], now: u64) -> usize {
@@ -142,5 +230,18 @@ impl<S: Storage> Streams for Served<'_, S> {
 
     fn close(&mut self, place: usize) {
         self.page.site.close(place, self.card);
+    }
+
+    fn take_word(&mut self) -> Option<Word> {
+        self.page.site.take_word().map(|(from, bytes)| Word { from: Ipv4Addr::from(from), bytes })
+    }
+
+    fn hear_verdict(&mut self, verdict: Verdict) {
+        self.page.site.hear_verdict(match verdict {
+            Verdict::Right => site::Verdict::Right,
+            Verdict::Wrong => site::Verdict::Wrong,
+            Verdict::NoPassword => site::Verdict::NoPassword,
+            Verdict::Wait(seconds) => site::Verdict::Wait(seconds),
+        });
     }
 }

@@ -13,6 +13,8 @@ pub const SCRIPT_BYTES: usize = 512;
 /// Longest name of a method, and longest id that is a text.
 const METHOD_BYTES: usize = 40;
 const ID_BYTES: usize = 24;
+/// Longest name of a role.
+const ROLE_BYTES: usize = 8;
 
 /// Codes of errors (JSON-RPC 2.0 section 5.1), and Moonraker's for what the machine refuses.
 pub mod codes {
@@ -26,10 +28,18 @@ pub mod codes {
     pub const PARAMETERS: i32 = -32_602;
     /// The machine refuses what the call asks for.
     pub const REFUSED: i32 = 400;
+    /// The visitor is nobody yet.
+    pub const UNKNOWN: i32 = 401;
     /// The visitor may not.
     pub const FORBIDDEN: i32 = 403;
     /// There is nothing of this name or number.
     pub const MISSING: i32 = 404;
+    /// There is one already, or as many as can be.
+    pub const TAKEN: i32 = 409;
+    /// Too many attempts came.
+    pub const TOO_MANY: i32 = 429;
+    /// The board could not do it.
+    pub const FAILED: i32 = 500;
     /// There is no place for the call at present.
     pub const BUSY: i32 = 503;
 }
@@ -48,6 +58,13 @@ pub enum Id {
 pub enum Method {
     Identify,
     AccessInfo,
+    Login,
+    Logout,
+    GetUser,
+    SetPassword,
+    MakeKey,
+    ListKeys,
+    RevokeKey,
     ServerInfo,
     PrinterInfo,
     ListObjects,
@@ -75,7 +92,7 @@ pub enum Method {
 }
 
 /// All methods by their names.
-const METHODS: [(&str, Method); 29] = [
+pub const METHODS: [(&str, Method); 36] = [
     ("server.files.list", Method::Files(Ask::List)),
     ("server.files.get_directory", Method::Files(Ask::Directory)),
     ("server.files.metadata", Method::Files(Ask::Metadata)),
@@ -84,6 +101,13 @@ const METHODS: [(&str, Method); 29] = [
     ("server.files.delete_file", Method::Files(Ask::RemoveFile)),
     ("server.files.delete_directory", Method::Files(Ask::RemoveFolder(false))),
     ("access.info", Method::AccessInfo),
+    ("access.login", Method::Login),
+    ("access.logout", Method::Logout),
+    ("access.get_user", Method::GetUser),
+    ("access.post_api_key", Method::MakeKey),
+    ("velvet.keys.list", Method::ListKeys),
+    ("velvet.keys.revoke", Method::RevokeKey),
+    ("velvet.password.set", Method::SetPassword),
     ("printer.firmware_restart", Method::Release),
     ("printer.print.start", Method::Play),
     ("velvet.ask", Method::Ask),
@@ -112,18 +136,19 @@ impl Method {
     #[must_use]
     pub const fn least_role(self) -> Role {
         match self {
-            Self::Identify
-            | Self::AccessInfo
-            | Self::ServerInfo
+            Self::Identify | Self::AccessInfo | Self::Login | Self::Logout | Self::GetUser | Self::SetPassword => {
+                Role::Nobody
+            }
+            Self::ServerInfo
             | Self::PrinterInfo
             | Self::ListObjects
             | Self::QueryObjects
             | Self::Subscribe
             | Self::PathSince
+            | Self::Ask
             | Self::EmergencyStop
             | Self::Files(Ask::List | Ask::Directory | Ask::Metadata) => Role::Watch,
             Self::Script
-            | Self::Ask
             | Self::Pause
             | Self::Resume
             | Self::Cancel
@@ -136,11 +161,32 @@ impl Method {
             | Self::JogStop
             | Self::Override
             | Self::Files(Ask::MakeFolder) => Role::Operate,
-            Self::Files(Ask::Move | Ask::RemoveFile | Ask::RemoveFolder(_)) => Role::Own,
+            Self::MakeKey
+            | Self::ListKeys
+            | Self::RevokeKey
+            | Self::Files(Ask::Move | Ask::RemoveFile | Ask::RemoveFolder(_)) => Role::Own,
         }
     }
 
-    fn named(name: &str) -> Option<Self> {
+    /// Returns whether the method is about who may what.
+    #[must_use]
+    pub const fn is_about_access(self) -> bool {
+        matches!(
+            self,
+            Self::AccessInfo
+                | Self::Login
+                | Self::Logout
+                | Self::GetUser
+                | Self::SetPassword
+                | Self::MakeKey
+                | Self::ListKeys
+                | Self::RevokeKey
+        )
+    }
+
+    /// Returns the method of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
         METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method)
     }
 }
@@ -152,6 +198,8 @@ pub struct Call {
     pub method: Method,
     /// Objects that it is about.
     pub objects: Objects,
+    /// Whether its text is a code that the machine shows.
+    pub is_code: bool,
     numbers: [Option<f64>; QUANTITIES],
 }
 
@@ -192,6 +240,8 @@ enum Parameter {
     Objects,
     Text,
     Force,
+    /// Role that a key is to give.
+    Role,
     Number(Quantity),
 }
 
@@ -199,7 +249,9 @@ impl Parameter {
     fn named(key: &str) -> Self {
         match key {
             "objects" => Self::Objects,
-            "script" | "filename" | "axes" | "axis" | "path" | "root" | "source" | "dest" => Self::Text,
+            "script" | "filename" | "axes" | "axis" | "path" | "root" | "source" | "dest" | "password" | "name"
+            | "code" => Self::Text,
+            "role" => Self::Role,
             "force" => Self::Force,
             key => Quantity::named(key).map_or(Self::Other, Self::Number),
         }
@@ -255,12 +307,16 @@ pub struct Reader {
     parser: Parser,
     member: Member,
     parameter: Parameter,
+    /// Method whose parameters are all of the message: the body of a request over HTTP.
+    preset: Option<Method>,
     method: String<METHOD_BYTES>,
     /// Id, once it was read.
     pub id: Option<Id>,
     objects: Objects,
     /// Text that the call is about: a script, the name of a file, axes.
     pub text: String<SCRIPT_BYTES>,
+    /// Name of the role that a key is to give.
+    pub role: String<ROLE_BYTES>,
     /// Numbers of the call, by [`Quantity`].
     numbers: [Option<f64>; QUANTITIES],
     flags: Flags,
@@ -271,9 +327,13 @@ pub struct Reader {
 struct Flags {
     /// Whether a folder is to be removed with all that it holds.
     is_forced: bool,
+    /// Whether its text is a code that the machine shows.
+    is_code: bool,
     /// Whether something was longer than there is room for, and whether the message is no JSON.
     is_too_long: bool,
     is_broken: bool,
+    /// Whether any of it has come.
+    has_begun: bool,
 }
 
 impl Default for Reader {
@@ -290,21 +350,33 @@ impl Reader {
             parser: Parser::new(),
             member: Member::Other,
             parameter: Parameter::Other,
+            preset: None,
             method: String::new(),
             id: None,
             objects: 0,
             text: String::new(),
+            role: String::new(),
             numbers: [None; QUANTITIES],
-            flags: Flags { is_forced: false, is_too_long: false, is_broken: false },
+            flags: Flags { is_forced: false, is_code: false, is_too_long: false, is_broken: false, has_begun: false },
         }
+    }
+
+    /// Makes a reader for the parameters of this method, which are the body of a request.
+    #[must_use]
+    pub const fn of(method: Method) -> Self {
+        let mut reader = Self::new();
+        (reader.member, reader.preset) = (Member::Params, Some(method));
+        reader
     }
 
     /// Takes a piece of the message.
     pub fn read(&mut self, mut bytes: &[u8], of: &Snapshot) {
-        let Self { parser, member, parameter, method, id, objects, text: about, numbers, flags } = self;
-        let Flags { is_forced, is_too_long, is_broken } = flags;
+        let Self { parser, member, parameter, preset, method, id, objects, text: about, role, numbers, flags } = self;
+        let Flags { is_forced, is_code, is_too_long, is_broken, has_begun } = flags;
+        *has_begun |= !bytes.is_empty();
         loop {
-            let depth = parser.depth();
+            // Parameters that are all of the message stand where others have theirs.
+            let depth = parser.depth() + usize::from(preset.is_some());
             let token = match parser.next(&mut bytes) {
                 Ok(Some(token)) => token,
                 Ok(None) => return,
@@ -314,7 +386,7 @@ impl Reader {
                 }
             };
             match (depth, token) {
-                (1, Token::Key(key)) => {
+                (1, Token::Key(key)) if preset.is_none() => {
                     *member = Member::named(key);
                 }
                 (1, Token::Text(text, _)) if *member == Member::Method => {
@@ -324,6 +396,7 @@ impl Reader {
                 (1, Token::Number(number)) if *member == Member::Id => *id = number.as_i64().map(Id::Number),
                 (2, Token::Key(key)) if *member == Member::Params => {
                     *parameter = Parameter::named(key);
+                    *is_code |= key == "code";
                     if let Some(mark) = mark_of(key) {
                         *is_too_long |= about.push(mark).is_err();
                     }
@@ -333,6 +406,9 @@ impl Reader {
                 }
                 (2, Token::Bool(is_set)) if *member == Member::Params && *parameter == Parameter::Force => {
                     *is_forced = is_set;
+                }
+                (2, Token::Text(text, _)) if *member == Member::Params && *parameter == Parameter::Role => {
+                    *is_too_long |= role.push_str(text).is_err();
                 }
                 (2, Token::Number(number)) if *member == Member::Params => {
                     if let Parameter::Number(quantity) = *parameter
@@ -354,20 +430,23 @@ impl Reader {
     /// # Errors
     /// Code and text of the error, when the message is no call.
     pub fn end(&mut self) -> Result<Call, (i32, &'static str)> {
-        if self.flags.is_broken || self.parser.finish().is_err() {
+        // A request without a body has no parameters.
+        let is_empty = self.preset.is_some() && !self.flags.has_begun;
+        if self.flags.is_broken || !is_empty && self.parser.finish().is_err() {
             return Err((codes::PARSE, "the message is no JSON"));
         }
         if self.flags.is_too_long {
             return Err((codes::INVALID, "the call is too long: send scripts of more than 512 bytes as a file"));
         }
-        if self.method.is_empty() {
+        if self.method.is_empty() && self.preset.is_none() {
             return Err((codes::INVALID, "the message names no method; batches are not taken"));
         }
-        let method = match Method::named(&self.method).ok_or((codes::METHOD, "there is no such method"))? {
+        let method = self.preset.or_else(|| Method::named(&self.method));
+        let method = match method.ok_or((codes::METHOD, "there is no such method"))? {
             Method::Files(Ask::RemoveFolder(_)) => Method::Files(Ask::RemoveFolder(self.flags.is_forced)),
             method => method,
         };
-        Ok(Call { method, objects: self.objects, numbers: self.numbers })
+        Ok(Call { method, objects: self.objects, is_code: self.flags.is_code, numbers: self.numbers })
     }
 }
 

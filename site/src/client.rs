@@ -71,6 +71,12 @@ impl Client {
         !self.replies.is_full() && self.question.is_none()
     }
 
+    /// Returns whether answers wait, or one is being sent.
+    #[must_use]
+    pub fn has_answers(&self) -> bool {
+        !self.replies.is_empty() || self.sending.is_some()
+    }
+
     /// Queues an answer behind those that wait.
     pub fn reply(&mut self, reply: Reply) {
         // Room was looked at, or the visitor misses an outcome while taking none of four answers.
@@ -127,9 +133,11 @@ impl Client {
         (changed != 0).then(|| Reply::message(None, Content::Changed(changed)))
     }
 
-    /// Returns the next message to the visitor: answers first, then what the machine says and how it is.
+    /// Returns the next message to the visitor: answers first, then what the machine says and how it is, for
+    /// who may see that.
     pub fn next_message(
         &mut self,
+        may_watch: bool,
         console: &Console,
         snapshot: &Snapshot,
         hashes: &[u32; MAX_OBJECTS],
@@ -138,6 +146,10 @@ impl Client {
     ) -> Option<Reply> {
         if let Some(reply) = self.next_reply() {
             return Some(reply);
+        }
+        if !may_watch {
+            (self.heard, self.looked) = (console.end(), number);
+            return self.beat(number);
         }
         let state = objects::klippy_state(snapshot.state);
         if core::mem::replace(&mut self.klippy_state, state) != state {
@@ -151,12 +163,19 @@ impl Client {
             return Some(Reply::message(None, Content::FilesChanged));
         }
         let reply = self.changes(hashes, number);
-        // A page takes the machine for lost that says nothing for some seconds.
-        let is_silent = reply.is_none() && number.wrapping_sub(self.spoken) >= SILENCE;
-        let reply = reply.or_else(|| is_silent.then(|| Reply::message(None, Content::Beat)));
         if reply.is_some() {
             self.spoken = number;
         }
-        reply
+        reply.or_else(|| self.beat(number))
+    }
+
+    /// Returns the notification that the board is there, when nothing else was told for a second: a page
+    /// takes a machine for lost that is silent for some seconds.
+    fn beat(&mut self, number: u32) -> Option<Reply> {
+        let is_silent = number.wrapping_sub(self.spoken) >= SILENCE;
+        is_silent.then(|| {
+            self.spoken = number;
+            Reply::message(None, Content::Beat)
+        })
     }
 }

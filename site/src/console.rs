@@ -2,7 +2,9 @@
 
 use base::sessions::{DONE, NEWS, REFUSED};
 use heapless::{Deque, String};
+use http::Role;
 
+use crate::access::Pass;
 use crate::calls::{Id, SCRIPT_BYTES};
 
 /// Most scripts that wait, or are carried out.
@@ -39,6 +41,8 @@ pub struct Asker {
 #[derive(Clone, Debug)]
 struct Script {
     asker: Asker,
+    /// Proof of the visitor, who may have lost the role when a line's turn comes.
+    pass: Pass,
     id: Option<Id>,
     /// Who hears what it comes to.
     listeners: Listeners,
@@ -160,13 +164,14 @@ impl Console {
     }
 
     /// Takes a script. False if there is no room: nothing of it is taken.
-    pub fn take(&mut self, asker: Asker, id: Option<Id>, text: &str, listeners: Listeners) -> bool {
+    pub fn take(&mut self, asker: Asker, pass: Pass, id: Option<Id>, text: &str, listeners: Listeners) -> bool {
         let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
         let bytes: usize = lines().map(|line| line.len() + 1).sum();
         if self.scripts.is_full() || bytes > WAITING_BYTES - self.waiting.len() {
             return false;
         }
-        let script = Script { asker, id, listeners, lines: lines().count() as u16, ending: Ending::Done, reason: None };
+        let lines_due = lines().count() as u16;
+        let script = Script { asker, pass, id, listeners, lines: lines_due, ending: Ending::Done, reason: None };
         // Room was looked at.
         let _ = self.scripts.push_back(script);
         for byte in lines().flat_map(|line| line.bytes().chain([b'\n'])) {
@@ -187,12 +192,39 @@ impl Console {
         self.scripts.iter().any(|script| script.listeners == Listeners::All)
     }
 
-    /// Returns bytes of the next line for the machine, if the one before is done: all up to its line feed.
-    pub fn next_line(&mut self, now_ms: u64) -> Option<String<SCRIPT_BYTES>> {
-        if self.is_busy || self.waiting.is_empty() {
-            return None;
+    /// Returns the script whose line is carried out, or is the next. Scripts before it may be done, whose
+    /// outcome nobody has taken.
+    fn in_work(&self) -> Option<&Script> {
+        self.scripts.iter().find(|script| script.lines > 0)
+    }
+
+    fn in_work_mut(&mut self) -> Option<&mut Script> {
+        self.scripts.iter_mut().find(|script| script.lines > 0)
+    }
+
+    /// Returns the next line for the machine, with its line feed, if the one before is done, and the role
+    /// that its sender has now. Lines of who may not send them any longer are refused.
+    pub fn next_line(&mut self, now_ms: u64, role_of: impl Fn(Pass) -> Role) -> Option<(String<SCRIPT_BYTES>, Role)> {
+        loop {
+            if self.is_busy || self.waiting.is_empty() {
+                return None;
+            }
+            let script = self.in_work_mut()?;
+            let role = role_of(script.pass);
+            // Who watches may ask; the machine decides what is a question.
+            let least = if script.listeners == Listeners::Asker { Role::Watch } else { Role::Operate };
+            if role >= least {
+                self.begun_ms = now_ms;
+                return Some((self.take_line()?, role));
+            }
+            script.ending = Ending::Refused(None);
+            script.lines -= 1;
+            self.take_line()?;
+            self.is_busy = false;
         }
-        self.begun_ms = now_ms;
+    }
+
+    fn take_line(&mut self) -> Option<String<SCRIPT_BYTES>> {
         let mut line = heapless::Vec::<u8, SCRIPT_BYTES>::new();
         while let Some(byte) = self.waiting.pop_front() {
             // A line is no longer than a script.
@@ -218,8 +250,8 @@ impl Console {
     /// or lines of others wait. True once.
     pub fn breaks_off(&mut self, now_ms: u64, jog_waits: bool) -> bool {
         let is_long = self.is_busy && now_ms.saturating_sub(self.begun_ms) >= LONG_ANSWER_MS;
-        let others_wait = jog_waits || self.scripts.iter().skip(1).any(|script| script.listeners == Listeners::All);
-        let script = self.scripts.front_mut().filter(|script| script.listeners == Listeners::Asker);
+        let others_wait = jog_waits || self.works_for_all();
+        let script = self.in_work_mut().filter(|script| script.listeners == Listeners::Asker);
         let Some(script) = script.filter(|script| is_long && others_wait && script.ending != Ending::BrokenOff) else {
             return false;
         };
@@ -237,7 +269,7 @@ impl Console {
     /// Returns who alone hears what is said now, if somebody does.
     #[must_use]
     pub fn only_listener(&self) -> Option<Asker> {
-        let script = self.scripts.front().filter(|script| self.is_busy && script.listeners == Listeners::Asker);
+        let script = self.in_work().filter(|script| self.is_busy && script.listeners == Listeners::Asker);
         script.map(|script| script.asker)
     }
 
@@ -289,7 +321,7 @@ impl Console {
         if !core::mem::take(&mut self.is_busy) {
             return;
         }
-        if let Some(script) = self.scripts.front_mut() {
+        if let Some(script) = self.in_work_mut() {
             if is_refused && script.ending == Ending::Done {
                 script.ending = Ending::Refused(script.reason);
             }
@@ -312,8 +344,13 @@ impl Console {
         }
         let listener = self.only_listener().filter(|_| !self.is_news).map_or(EVERYBODY, |asker| asker.place);
         let is_reason = line.starts_with(REASON);
-        if is_reason && let Some(script) = self.scripts.front_mut().filter(|_| self.is_busy && !self.is_news) {
-            script.reason = Some(self.total);
+        let at = self.total;
+        if is_reason
+            && self.is_busy
+            && !self.is_news
+            && let Some(script) = self.in_work_mut()
+        {
+            script.reason = Some(at);
         }
         // Who has asked alone gets the machine's own words.
         let mark = if (is_fault || is_reason) && listener == EVERYBODY { MARK } else { "" };
@@ -377,117 +414,4 @@ impl Console {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ASKER: Asker = Asker { place: 1, visit: 7 };
-    const OTHER: Asker = Asker { place: 2, visit: 1 };
-
-    fn text(console: &Console, at: u32) -> Option<(String<LINE_BYTES>, u32)> {
-        console.line(at).map(|said| (said.text, said.next))
-    }
-
-    #[test]
-    fn a_script_is_handed_over_line_by_line_and_done_with_the_last() {
-        let mut console = Console::new();
-        assert!(console.take(ASKER, Some(Id::Number(5)), "G28\n\n M104 S200 \nG1 X1", Listeners::All));
-        assert_eq!(console.next_line(0).as_deref(), Some("G28\n"));
-        assert_eq!(console.next_line(0), None, "one at a time");
-        console.hear(b"ok\n\x06");
-        assert_eq!(console.next_line(0).as_deref(), Some("M104 S200\n"));
-        console.hear(b"error:too hot\n\x15");
-        assert!(console.take_outcome().is_none());
-        assert_eq!(console.next_line(0).as_deref(), Some("G1 X1\n"));
-        console.hear(b"ok\n\x06");
-        let outcome = console.take_outcome().expect("an outcome");
-        assert_eq!((outcome.asker, outcome.id, outcome.said), (ASKER, Some(Id::Number(5)), 18));
-        assert_eq!(outcome.ending, Ending::Refused(Some(0)), "with the place of the reason");
-        assert_eq!(console.line(0).as_ref().map(Said::reason), Some("too hot"));
-        assert_eq!(text(&console, 0), Some(("!! error:too hot".try_into().unwrap(), 18)));
-        assert_eq!(text(&console, 18), None);
-    }
-
-    #[test]
-    fn a_script_that_has_no_room_is_not_begun() {
-        let mut console = Console::new();
-        let long = "G1 X1\n".repeat(80);
-        assert!((0..2).all(|_| console.take(ASKER, None, &long, Listeners::All)));
-        assert!(!console.take(ASKER, None, &long, Listeners::All));
-        assert!(console.take(ASKER, None, "M105", Listeners::All), "a short one fits");
-        console.next_line(0);
-        console.drop_waiting();
-        assert_eq!(console.next_line(0), None);
-        assert!(console.take_outcome().is_none(), "the first line is still in work");
-        console.hear(b"\x15");
-        let endings: Vec<_> = (0..4).filter_map(|_| console.take_outcome()).map(|outcome| outcome.ending).collect();
-        assert_eq!(endings, [Ending::Refused(None); 3]);
-    }
-
-    #[test]
-    fn a_listener_who_is_behind_misses_whole_lines() {
-        let mut console = Console::new();
-        for number in 0..500 {
-            console.hear(format!("line {number}\n").as_bytes());
-        }
-        let (first, mut at) = text(&console, 0).expect("a line");
-        assert!(first.starts_with("line ") && first.len() == 8, "{first}");
-        let mut last = first;
-        while let Some((line, next)) = text(&console, at) {
-            (last, at) = (line, next);
-        }
-        assert_eq!((last.as_str(), at), ("line 499", console.end()));
-    }
-
-    #[test]
-    fn an_answer_to_one_is_heard_by_nobody_else_and_news_are_heard_by_all() {
-        let mut console = Console::new();
-        assert!(console.take(ASKER, None, "version", Listeners::Asker));
-        console.next_line(0);
-        console.hear(b"Velvet\n\x07// the cable is out\nBuild\nok\n\x06\x07// it is in\n");
-        let mut heard = Vec::new();
-        let mut at = 0;
-        while let Some(said) = console.line(at) {
-            at = said.next;
-            heard.push((said.text.to_string(), said.is_for(ASKER.place), said.is_for(OTHER.place)));
-        }
-        let lines = [("Velvet", false), ("// the cable is out", true), ("Build", false), ("// it is in", true)];
-        assert_eq!(heard, lines.map(|(line, all)| (line.to_owned(), true, all)));
-    }
-
-    #[test]
-    fn the_machine_waits_for_who_listens_alone_but_not_for_long() {
-        let mut console = Console::new();
-        assert!(console.take(ASKER, None, "help", Listeners::Asker));
-        console.next_line(0);
-        let mut said = 0;
-        while let room @ 2.. = console.room(Some(0), 100) {
-            // The shortest lines there are, of which the most fit.
-            console.hear("a\n".repeat(room / 2).as_bytes());
-            said += room / 2 * 2;
-        }
-        console.hear(b"a\n");
-        said += 2;
-        assert!(said > SAID_BYTES / 3, "{said}");
-        let mut at = 0;
-        let heard = std::iter::from_fn(|| console.line(at).inspect(|said| at = said.next)).count();
-        assert_eq!(heard, said / 2, "nothing was overwritten");
-        assert_eq!((console.room(Some(0), 100), console.room(Some(0), 100 + PATIENCE_MS - 1)), (0, 0));
-        assert_eq!(console.room(Some(0), 100 + PATIENCE_MS), usize::MAX);
-        assert_eq!((console.room(Some(at), 101) > 0, console.room(None, 101)), (true, usize::MAX));
-    }
-
-    #[test]
-    fn a_long_answer_to_one_makes_way_for_lines_of_others() {
-        let mut console = Console::new();
-        assert!(console.take(ASKER, None, "check /sd/a.g", Listeners::Asker));
-        console.next_line(0);
-        assert!(!console.breaks_off(10_000, false), "nobody waits");
-        assert!(console.take(OTHER, None, "check /sd/b.g", Listeners::Asker));
-        assert!(!console.breaks_off(10_000, false), "who asks waits");
-        assert!(console.take(OTHER, None, "G28", Listeners::All));
-        assert!(!console.breaks_off(LONG_ANSWER_MS - 1, true));
-        assert!(console.breaks_off(LONG_ANSWER_MS, false) && !console.breaks_off(10_000, true), "once");
-        console.hear(b"ok\n\x06");
-        assert_eq!(console.take_outcome().map(|outcome| outcome.ending), Some(Ending::BrokenOff));
-    }
-}
+mod tests;

@@ -112,11 +112,12 @@ impl Jogs {
         }
     }
 
-    /// Returns the line of a jog that is to begin, and its id. For a console on which no line is in work.
-    pub fn next_line(&mut self) -> Option<(JogLine, u32)> {
+    /// Returns the line of a jog that is to begin, its id and its visitor. For a console on which no line is in
+    /// work.
+    pub fn next_line(&mut self) -> Option<(JogLine, u32, Asker)> {
         let held = self.held.as_ref().filter(|_| self.under_way.is_none())?;
         self.under_way = Some(held.id);
-        Some((held.line.clone(), held.id))
+        Some((held.line.clone(), held.id, held.holder))
     }
 
     /// Returns whether a jog is to begin, and has not.
@@ -198,7 +199,7 @@ mod tests {
     fn a_jog_lasts_while_beats_come_and_ends_once() {
         let mut jogs = Jogs::new();
         let id = start(&mut jogs, ONE, 1_000).unwrap();
-        assert_eq!(jogs.next_line().map(|(line, _)| line.as_str().to_owned()).as_deref(), Some("$J -c X-1 F12000"));
+        assert_eq!(jogs.next_line().map(|(line, ..)| line.as_str().to_owned()).as_deref(), Some("$J -c X-1 F12000"));
         for now in (1_050..5_000).step_by(99) {
             assert!(beat(&mut jogs, id, ONE, now), "{now}");
             jogs.watch(now + 98);
@@ -259,7 +260,7 @@ mod tests {
         let second = start(&mut jogs, ONE, 10).unwrap();
         assert!(jogs.take_end() && jogs.next_line().is_none(), "the former brakes");
         jogs.ended(first);
-        assert_eq!(jogs.next_line().map(|(_, id)| id), Some(second));
+        assert_eq!(jogs.next_line().map(|(_, id, _)| id), Some(second));
         assert!(!jogs.take_end() && beat(&mut jogs, second, ONE, 60));
         // The machine ends it by itself: refused, or halted.
         jogs.ended(second);

@@ -6,6 +6,7 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+mod access;
 mod assets;
 mod calls;
 mod client;
@@ -16,13 +17,17 @@ mod objects;
 mod path;
 mod remedies;
 mod reply;
+mod requests;
+mod role_names;
 mod routes;
 mod script;
 mod serving;
 mod site;
 #[cfg(test)]
 mod tests;
+mod visitors;
 
+pub use access::{Random, Verdict, Word};
 pub use calls::SCRIPT_BYTES;
 pub use http::{Life, Role};
 pub use site::{CLIENTS, EmergencyStop, PERIOD_MS, Site};

@@ -2,8 +2,9 @@
 
 use base::snapshot::Snapshot;
 use http::json::{Next, Parts, Writer};
-use http::{Body, Made, Role};
+use http::{Body, Fields, Made};
 
+use crate::access::{Access, Told};
 use crate::calls::{Id, codes};
 use crate::console::{Console, Ending, Said};
 use crate::objects::{self, MAX_OBJECTS, Objects};
@@ -20,6 +21,8 @@ pub struct Facts<'f> {
     pub host: &'f str,
     /// Version of the firmware.
     pub version: &'f str,
+    /// State of access.
+    pub access: &'f Access,
 }
 
 /// Content of a message or of an answer.
@@ -33,8 +36,8 @@ pub enum Content {
     Jog(u32),
     /// Piece of the path that the machine has made.
     Path(Piece),
-    /// Role of the visitor.
-    Access(Role),
+    /// Answer about access.
+    Access(Told),
     /// State of the server.
     Server,
     /// State of the machine, in short.
@@ -140,6 +143,12 @@ pub struct ReplyBody<'r> {
 }
 
 impl Body for ReplyBody<'_> {
+    fn fields(&self, fields: &mut Fields<'_, '_>) {
+        if let Content::Access(told) = &self.reply.content {
+            told.fields(fields);
+        }
+    }
+
     fn make(&mut self, room: &mut [u8]) -> Made {
         if room.len() < PART_ROOM {
             return Made::Part(0);
@@ -242,6 +251,7 @@ impl Tells<'_> {
                 let reason = said.as_ref().map_or("the machine refused: the console says why", Said::reason);
                 error(codes::REFUSED, reason, json);
             }
+            Content::Access(told) if let Some(message) = told.error() => error(codes::TOO_MANY, &message, json),
             _ => {
                 json.key("result");
                 self.begin_result(json);
@@ -258,20 +268,7 @@ impl Tells<'_> {
                 json.number(u64::from(*number));
                 json.end_object();
             }
-            Content::Access(role) => {
-                json.begin_object();
-                json.key("login_required");
-                json.bool(*role == Role::Nobody);
-                json.key("password_set");
-                json.bool(*role == Role::Nobody);
-                pair("role", role_name(*role), json);
-                pair("default_source", "velvet", json);
-                json.key("available_sources");
-                json.begin_array();
-                json.text("velvet");
-                json.end_array();
-                json.end_object();
-            }
+            Content::Access(told) => told.write(facts.access, json),
             Content::Server => {
                 json.begin_object();
                 pair("klippy_state", objects::klippy_state(snapshot.state), json);
@@ -355,18 +352,8 @@ fn error(code: i32, message: &str, json: &mut Writer<'_, '_>) {
     json.begin_object();
     json.key("code");
     json.signed(i64::from(code));
-    json.key("message");
-    json.text(message);
+    pair("message", message, json);
     json.end_object();
-}
-
-const fn role_name(role: Role) -> &'static str {
-    match role {
-        Role::Nobody => "Nobody",
-        Role::Watch => "Watch",
-        Role::Operate => "Operate",
-        Role::Own => "Own",
-    }
 }
 
 fn begin_notification(method: &str, json: &mut Writer<'_, '_>) {

@@ -2,6 +2,8 @@
 
 use http::{Content, Method, Role, Route, Routes};
 
+use crate::calls;
+
 /// Work of a route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Handler {
@@ -11,6 +13,8 @@ pub enum Handler {
     PrinterInfo,
     ListObjects,
     QueryObjects,
+    /// Call whose parameters are the body, if there is one.
+    Call(calls::Method),
     /// Stop at once, for pages whose socket is gone.
     EmergencyStop,
     /// Upload of a file, file of the card, removal of one.
@@ -28,9 +32,17 @@ const fn get(path: &'static str, role: Role, help: &'static str, handler: Handle
     Route { method: Method::Get, path, role, content: Content::Nothing, body_bytes: 0, help, handler }
 }
 
+/// Longest body of a call, bytes: parameters of access are short.
+const CALL_BYTES: u64 = 512;
+
+const fn call(path: &'static str, method: calls::Method, help: &'static str) -> Route<Handler> {
+    let (role, handler) = (method.least_role(), Handler::Call(method));
+    Route { method: Method::Post, path, role, content: Content::Json, body_bytes: CALL_BYTES, help, handler }
+}
+
 /// All routes: the first row that fits is taken.
 pub const ROUTES: Routes<Handler> = Routes(&[
-    get("/websocket", Role::Watch, "the API, as JSON-RPC 2.0 over a WebSocket", Handler::Socket),
+    get("/websocket", Role::Nobody, "the API, as JSON-RPC 2.0 over a WebSocket", Handler::Socket),
     get("/server/info", Role::Watch, "state of the server", Handler::ServerInfo),
     get("/printer/info", Role::Watch, "state of the machine, in short", Handler::PrinterInfo),
     get("/printer/objects/list", Role::Watch, "names of all objects of the machine's state", Handler::ListObjects),
@@ -63,6 +75,11 @@ pub const ROUTES: Routes<Handler> = Routes(&[
         help: "remove a file",
         handler: Handler::RemoveFile,
     },
+    call("/access/login", calls::Method::Login, "log in with the password: the answer has a session's cookie"),
+    call("/access/logout", calls::Method::Logout, "end the session"),
+    call("/access/api_key", calls::Method::MakeKey, "make a key for a program, which is shown this once"),
+    get("/access/info", Role::Nobody, "how to be let in", Handler::Call(calls::Method::AccessInfo)),
+    get("/access/user", Role::Nobody, "who the visitor is", Handler::Call(calls::Method::GetUser)),
     get("/*", Role::Nobody, "the page", Handler::Page),
 ]);
 
@@ -75,10 +92,31 @@ mod tests {
         assert_eq!(ROUTES.hidden(), None);
     }
 
+    /// What each role may ask, written once more: a row that is changed or added has to be decided on here.
     #[test]
-    fn nobody_gets_the_page_and_nothing_else() {
-        for (route, _, admitted) in ROUTES.matrix().filter(|(_, role, _)| *role == Role::Nobody) {
-            assert_eq!(admitted.is_ok(), route.handler == Handler::Page, "{}", route.path);
+    fn each_role_may_ask_for_what_is_written_here() {
+        const LEAST: [(Method, &str, Role); 15] = [
+            (Method::Get, "/websocket", Role::Nobody),
+            (Method::Get, "/server/info", Role::Watch),
+            (Method::Get, "/printer/info", Role::Watch),
+            (Method::Get, "/printer/objects/list", Role::Watch),
+            (Method::Get, "/printer/objects/query", Role::Watch),
+            (Method::Post, "/printer/emergency_stop", Role::Watch),
+            (Method::Post, "/server/files/upload", Role::Operate),
+            (Method::Get, "/server/files/gcodes/*", Role::Watch),
+            (Method::Delete, "/server/files/gcodes/*", Role::Own),
+            (Method::Post, "/access/login", Role::Nobody),
+            (Method::Post, "/access/logout", Role::Nobody),
+            (Method::Post, "/access/api_key", Role::Own),
+            (Method::Get, "/access/info", Role::Nobody),
+            (Method::Get, "/access/user", Role::Nobody),
+            (Method::Get, "/*", Role::Nobody),
+        ];
+        assert_eq!(ROUTES.0.len(), LEAST.len());
+        for (route, role, admitted) in ROUTES.matrix() {
+            let row = LEAST.iter().find(|(method, path, _)| *path == route.path && *method == route.method);
+            let (.., least) = row.expect(route.path);
+            assert_eq!(admitted.is_ok(), role >= *least, "{} {role:?}", route.path);
         }
     }
 }

@@ -38,6 +38,13 @@ pub fn of(call: &Call, text: &str) -> Result<Script, &'static str> {
         }
         Method::Identify
         | Method::AccessInfo
+        | Method::Login
+        | Method::Logout
+        | Method::GetUser
+        | Method::SetPassword
+        | Method::MakeKey
+        | Method::ListKeys
+        | Method::RevokeKey
         | Method::ServerInfo
         | Method::PrinterInfo
         | Method::ListObjects

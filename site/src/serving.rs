@@ -3,8 +3,9 @@
 use base::ports::Storage;
 use base::snapshot::Snapshot;
 use http::json::{Next, Writer};
-use http::{Connection, Request, Response, Selection, Status};
+use http::{Connection, Request, Response, Role, Selection, Status};
 
+use crate::access::Pass;
 use crate::assets::{Asset, Counted};
 use crate::calls::codes;
 use crate::client::Client;
@@ -13,8 +14,9 @@ use crate::files::{Change, FileBody, FileWork, Files, Stored, Telling, Visitor, 
 use crate::objects::MAX_OBJECTS;
 use crate::path::Path;
 use crate::reply::{Content, Facts, Reply, ReplyBody};
+use crate::requests::Begun;
 use crate::routes::Handler;
-use crate::site::{Begun, Seat, Site, Slot, Work};
+use crate::site::{Seat, Site, Slot, Work};
 
 /// Place of the asker of what nobody waits for.
 const NOBODY: u8 = u8::MAX;
@@ -47,21 +49,21 @@ impl<const N: usize> Site<N> {
     pub(crate) fn begin_files(
         &mut self,
         handler: Handler,
-        rest: &str,
+        (rest, role): (&str, Role),
         request: &Request<'_>,
         card: &mut impl Storage,
     ) -> Begun {
-        let Self { files, role, .. } = self;
+        let Self { files, .. } = self;
         let begun = match handler {
             Handler::Upload => {
-                files.begin_upload(request.header("Content-Type"), *role).map(|work| Begun::Files(None, work))
+                files.begin_upload(request.header("Content-Type"), role).map(|work| Begun::Files(None, work))
             }
             Handler::File => files.begin_reading(rest, request, card).map(|(response, work)| match (response, work) {
                 (response, Some(work)) => Begun::Files(response, work),
                 (response, None) => Begun::Answer(response.unwrap_or(Response::new(Status::Ok)), Work::Nothing),
             }),
             Handler::RemoveFile => files
-                .remove(rest, *role, card)
+                .remove(rest, role, card)
                 .map(|()| Begun::Answer(Response::json(Status::Ok), Work::Answer(Reply::answer(Content::Done)))),
             Handler::Page
             | Handler::Socket
@@ -69,7 +71,8 @@ impl<const N: usize> Site<N> {
             | Handler::PrinterInfo
             | Handler::ListObjects
             | Handler::QueryObjects
-            | Handler::EmergencyStop => return self.begin_page(request, card),
+            | Handler::EmergencyStop
+            | Handler::Call(_) => return self.begin_page(request, card),
         };
         begun.unwrap_or_else(|refusal| Begun::Refuse(refusal.status, refusal.message))
     }
@@ -109,10 +112,11 @@ impl<const N: usize> Site<N> {
                 }
             }
         }
-        let Self { seats, files, role, slots, .. } = self;
+        let Self { seats, files, access, slots, .. } = self;
         for (place, seat) in seats.iter_mut().enumerate() {
+            let role = access.role(seat.pass);
             if let Some(client) = &mut seat.client {
-                is_busy |= go_on_for(client, (Visitor::Seat(place as u8), *role), files, now_ms, card);
+                is_busy |= go_on_for(client, (Visitor::Seat(place as u8), role), files, now_ms, card);
             }
         }
         let is_used = slots.iter().any(Option::is_some);
@@ -121,7 +125,7 @@ impl<const N: usize> Site<N> {
 
     /// Goes on with a connection's work on files. Returns whether there is more to do soon.
     fn go_on(&mut self, slot: &mut Slot, place: u8, now_ms: u64, card: &mut impl Storage) -> bool {
-        let Slot { connection, work, .. } = slot;
+        let Slot { connection, work, pass, .. } = slot;
         match work {
             Work::Files(FileWork::Upload(number)) => {
                 let number = *number;
@@ -133,7 +137,7 @@ impl<const N: usize> Site<N> {
                         *work = Work::Nothing;
                     }
                     Some(Stored::Whole(prints)) => {
-                        let is_started = prints && self.play(number);
+                        let is_started = prints && self.play(number, *pass);
                         self.files.note_started(number, is_started);
                         connection.respond(Response::json(Status::Created));
                         *work = Work::Files(FileWork::Stored(number, Default::default()));
@@ -161,26 +165,26 @@ impl<const N: usize> Site<N> {
                 true
             }
             Work::Files(FileWork::Stored(..) | FileWork::Read(_) | FileWork::Picture(_)) => true,
-            Work::Nothing | Work::Page(_) | Work::Answer(_) | Work::Socket(_) => false,
+            Work::Nothing | Work::Call | Work::Waiting | Work::Page(_) | Work::Answer(_) | Work::Socket(_) => false,
         }
     }
 
     /// Has the machine play an upload. False if it has lines enough.
-    fn play(&mut self, number: u8) -> bool {
+    fn play(&mut self, number: u8, pass: Pass) -> bool {
         use core::fmt::Write as _;
         let mut line = heapless::String::<{ crate::calls::SCRIPT_BYTES }>::new();
         let written = write!(line, "play \"{}\"", self.files.path_of(number));
-        written.is_ok() && self.console.take(Asker { place: NOBODY, visit: 0 }, None, &line, Listeners::All)
+        written.is_ok() && self.console.take(Asker { place: NOBODY, visit: 0 }, pass, None, &line, Listeners::All)
     }
 
     /// Writes what is to be sent on a connection. Returns how many bytes.
     pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
-        let Self { slots, seats, console, files, path, snapshot, hashes, number, host, version, .. } = self;
-        let facts = Facts { host, version };
+        let Self { slots, seats, access, console, files, path, snapshot, hashes, number, host, version, .. } = self;
+        let facts = Facts { host, version, access };
         let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
-        let Slot { connection, work, due } = slot;
+        let Slot { connection, work, due, .. } = slot;
         match work {
-            Work::Nothing => connection.transmit(room, &mut http::Empty, now_ms),
+            Work::Nothing | Work::Call | Work::Waiting => connection.transmit(room, &mut http::Empty, now_ms),
             Work::Page(left) => {
                 let mut body = Counted::new(left);
                 let written = connection.transmit(room, &mut body, now_ms);
@@ -200,9 +204,14 @@ impl<const N: usize> Site<N> {
                 written
             }
             Work::Socket(seat) => {
-                let Some(Seat { client: Some(client), .. }) = seats.get_mut(usize::from(*seat)) else { return 0 };
+                let Some(Seat { client: Some(client), pass, .. }) = seats.get_mut(usize::from(*seat)) else { return 0 };
+                let may_watch = access.role(*pass) >= Role::Watch;
+                if access.has_ended(*pass) && !client.has_answers() {
+                    // The page connects anew, as who it is now.
+                    connection.close(http::codes::POLICY);
+                }
                 let mut talk = Talk { client, visitor: Visitor::Seat(*seat), files, card };
-                let machine = Machine { console, path, snapshot, hashes, number: *number, facts, now_ms };
+                let machine = Machine { may_watch, console, path, snapshot, hashes, number: *number, facts, now_ms };
                 talk.go_on(connection, &machine, room)
             }
         }
@@ -211,6 +220,8 @@ impl<const N: usize> Site<N> {
 
 /// The machine, as visitors are told of it.
 struct Machine<'m> {
+    /// Whether the visitor may see it.
+    may_watch: bool,
     console: &'m Console,
     path: &'m Path,
     snapshot: &'m Snapshot,
@@ -236,8 +247,8 @@ impl<S: Storage> Talk<'_, S> {
             if !connection.is_sending() {
                 let Self { client, visitor, files, card } = self;
                 client.end_reply(*visitor, files, *card);
-                let Machine { console, snapshot, hashes, number, .. } = *machine;
-                client.sending = client.next_message(console, snapshot, hashes, number, files.change.number);
+                let Machine { may_watch, console, snapshot, hashes, number, .. } = *machine;
+                client.sending = client.next_message(may_watch, console, snapshot, hashes, number, files.change.number);
                 if client.sending.is_none() || !connection.send(http::Kind::Text) {
                     return used;
                 }
@@ -285,7 +296,7 @@ fn tell_change(change: &Change, json: &mut Writer<'_, '_>) -> Next {
 /// Goes on with a visitor's call about files. Returns whether there is more to do soon.
 fn go_on_for(
     client: &mut Client,
-    visitor: (Visitor, http::Role),
+    visitor: (Visitor, Role),
     files: &mut Files,
     now_ms: u64,
     card: &mut impl Storage,

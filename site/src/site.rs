@@ -5,19 +5,20 @@ use core::net::Ipv4Addr;
 use base::ports::Storage;
 use base::snapshot::Snapshot;
 use heapless::String;
-use http::{Connection, Event, Found, Known, Length, Life, Request, Response, Role, Status};
+use http::{Connection, Event, Life, Response, Role};
 use program::State;
 
-use crate::calls::{Call, Id, Method, Reader, SCRIPT_BYTES, codes};
+use crate::access::{Access, Pass, Target, Visitor};
+use crate::calls::{Call, Method, Reader, SCRIPT_BYTES, codes};
 use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
-use crate::files::{FileWork, Files, Question, Visitor};
+use crate::files::{self, FileWork, Files, Question};
 use crate::jog::{JOG_PLACE, Jogs};
-use crate::objects::{self, MAX_OBJECTS, Objects};
+use crate::objects::{self, MAX_OBJECTS};
 use crate::path::Path;
 use crate::reply::{Content, Reply};
-use crate::routes::{Handler, ROUTES, UPLOAD_BYTES};
 use crate::script;
+use crate::visitors::forbidden;
 
 mod jogs;
 mod path;
@@ -33,6 +34,10 @@ const HOST_BYTES: usize = 72;
 #[derive(Debug)]
 pub(crate) enum Work {
     Nothing,
+    /// Call whose parameters are read.
+    Call,
+    /// Call that is answered later.
+    Waiting,
     /// File of the page, from this byte to that.
     Page(&'static [u8]),
     /// Answer of the API.
@@ -49,6 +54,10 @@ pub(crate) struct Slot {
     pub work: Work,
     /// Answer that is due when the request is whole.
     pub due: Option<Response>,
+    /// Address of the peer.
+    pub from: [u8; 4],
+    /// Proof that the request has shown.
+    pub pass: Pass,
 }
 
 /// Place for a WebSocket's visitor.
@@ -56,7 +65,25 @@ pub(crate) struct Slot {
 pub(crate) struct Seat {
     pub client: Option<Client>,
     /// Number of the visit.
-    visit: u32,
+    pub visit: u32,
+    /// Proof of the visitor, and address.
+    pub pass: Pass,
+    pub from: [u8; 4],
+}
+
+impl Seat {
+    /// Returns whether nobody has the seat.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.client.is_none()
+    }
+}
+
+/// Call whose parameters are read out of the body of a request: one at a time.
+#[derive(Debug)]
+pub(crate) struct BodyCall {
+    pub place: u8,
+    pub since_ms: u64,
+    pub reader: Reader,
 }
 
 /// Stop that a visitor asks for, which does not wait for lines.
@@ -68,6 +95,10 @@ pub struct EmergencyStop;
 pub struct Site<const N: usize> {
     pub(crate) slots: [Option<Slot>; N],
     pub(crate) seats: [Seat; CLIENTS],
+    pub(crate) access: Access,
+    pub(crate) body: Option<BodyCall>,
+    /// Time when the site was last called, milliseconds.
+    pub(crate) now_ms: u64,
     pub(crate) console: Console,
     pub(crate) files: Files,
     jogs: Jogs,
@@ -78,24 +109,25 @@ pub struct Site<const N: usize> {
     pub(crate) number: u32,
     /// Time of the last state.
     shown_ms: u64,
-    /// Role of every visitor.
-    pub(crate) role: Role,
     /// Name of the board in the network, alone and with `.local`.
     pub(crate) host: String<HOST_BYTES>,
-    full_host: String<HOST_BYTES>,
-    addresses: [[u8; 4]; 2],
+    pub(crate) full_host: String<HOST_BYTES>,
+    pub(crate) addresses: [[u8; 4]; 2],
     pub(crate) version: &'static str,
     stop: Option<EmergencyStop>,
 }
 
 impl<const N: usize> Site<N> {
     /// Makes the site, without connections. `host` is the board's name in the network, without `.local`,
-    /// `role` is what visitors may do.
+    /// `without` is what visitors may do who have neither logged in nor a key.
     #[must_use]
-    pub fn new(host: &str, version: &'static str, role: Role) -> Self {
+    pub fn new(host: &str, version: &'static str, without: Role) -> Self {
         let mut site = Self {
             slots: [const { None }; N],
             seats: core::array::from_fn(|_| Seat::default()),
+            access: Access::new(without),
+            body: None,
+            now_ms: 0,
             console: Console::new(),
             files: Files::default(),
             jogs: Jogs::new(),
@@ -104,7 +136,6 @@ impl<const N: usize> Site<N> {
             hashes: [0; MAX_OBJECTS],
             number: 0,
             shown_ms: 0,
-            role,
             host: String::new(),
             full_host: String::new(),
             addresses: [[127, 0, 0, 1]; 2],
@@ -139,22 +170,27 @@ impl<const N: usize> Site<N> {
     pub fn show(&mut self, snapshot: &Snapshot, now_ms: u64) {
         self.snapshot.clone_from(snapshot);
         self.console.keep_fault(snapshot.state == State::Alarm);
-        (self.shown_ms, self.number) = (now_ms, self.number.wrapping_add(1).max(1));
+        self.access.sessions.expire(now_ms);
+        (self.now_ms, self.shown_ms, self.number) = (now_ms, now_ms, self.number.wrapping_add(1).max(1));
         for (place, hash) in self.hashes.iter_mut().enumerate() {
             *hash = objects::hash(place, snapshot, self.console.fault());
         }
     }
 
-    /// Returns the next line for the machine, if the one before is done. A jog begins only while no script
-    /// waits.
-    pub fn next_line(&mut self, now_ms: u64) -> Option<String<SCRIPT_BYTES>> {
+    /// Returns the next line for the machine, if the one before is done, and the role of its sender. A jog
+    /// begins only while no script waits.
+    pub fn next_line(&mut self, now_ms: u64) -> Option<(String<SCRIPT_BYTES>, Role)> {
         if self.console.is_idle()
-            && let Some((line, id)) = self.jogs.next_line()
+            && let Some((line, id, holder)) = self.jogs.next_line()
         {
+            let (asker, pass) = (Asker { place: JOG_PLACE, visit: id }, self.pass_of_seat(holder));
             // An idle console has room.
-            let _taken = self.console.take(Asker { place: JOG_PLACE, visit: id }, None, &line, Listeners::All);
+            let _taken = self.console.take(asker, pass, None, &line, Listeners::All);
         }
-        self.console.next_line(now_ms)
+        let Self { console, access, .. } = self;
+        let line = console.next_line(now_ms, |pass| access.role(pass));
+        self.tell_outcomes();
+        line
     }
 
     /// Returns whether the machine is to break off its answer in work, for lines that wait. True once.
@@ -169,29 +205,35 @@ impl<const N: usize> Site<N> {
 
     /// Hears what the machine says. Returns how many bytes: a visitor who alone listens misses nothing.
     pub fn hear(&mut self, bytes: &[u8], now_ms: u64) -> usize {
-        let heard = self.console.only_listener().and_then(|asker| self.client_of(asker)).map(|client| client.heard);
+        let heard = self.console.only_listener().and_then(|asker| self.client(asker)).map(|client| client.heard);
         let taken = self.console.room(heard, now_ms).min(bytes.len());
         self.console.hear(bytes.get(..taken).unwrap_or_default());
-        while let Some(Outcome { asker, id, ending, said }) = self.console.take_outcome() {
-            if asker.place == JOG_PLACE {
-                self.jogs.ended(asker.visit);
-            } else if let Some(client) = self.client_of(asker) {
-                client.reply(Reply::outcome(id, Content::of(ending), said));
-            }
-        }
+        self.tell_outcomes();
         taken
     }
 
-    /// Returns the visitor who has asked, if it is still there.
-    fn client_of(&mut self, asker: Asker) -> Option<&mut Client> {
+    /// Tells visitors whose scripts are done.
+    fn tell_outcomes(&mut self) {
+        while let Some(Outcome { asker, id, ending, said }) = self.console.take_outcome() {
+            if asker.place == JOG_PLACE {
+                self.jogs.ended(asker.visit);
+            } else if let Some(client) = self.client(asker) {
+                client.reply(Reply::outcome(id, Content::of(ending), said));
+            }
+        }
+    }
+
+    /// Returns the visitor of a WebSocket, unless gone.
+    pub(crate) fn client(&mut self, asker: Asker) -> Option<&mut Client> {
         let seat = self.seats.get_mut(usize::from(asker.place))?;
         seat.client.as_mut().filter(|_| seat.visit == asker.visit)
     }
 
-    /// A peer has connected.
-    pub fn open(&mut self, place: usize, buffer_bytes: usize, now_ms: u64) {
+    /// A peer has connected, from this address.
+    pub fn open(&mut self, place: usize, from: Ipv4Addr, buffer_bytes: usize, now_ms: u64) {
         if let Some(slot) = self.slots.get_mut(place) {
-            *slot = Some(Slot { connection: Connection::new(buffer_bytes, now_ms), work: Work::Nothing, due: None });
+            let connection = Connection::new(buffer_bytes, now_ms);
+            *slot = Some(Slot { connection, work: Work::Nothing, due: None, from: from.octets(), pass: Pass::None });
         }
     }
 
@@ -201,18 +243,20 @@ impl<const N: usize> Site<N> {
         if let Some(Slot { work, .. }) = slot {
             self.end_work(work, place as u8, card);
         }
-    }
-
-    /// Ends a connection's work, done or not.
-    fn end_work(&mut self, work: Work, place: u8, card: &mut impl Storage) {
-        match work {
-            Work::Nothing | Work::Page(_) | Work::Answer(_) => {}
-            Work::Socket(seat) => self.leave(seat, card),
-            Work::Files(work) => self.files.end(work, place, card),
-        }
         if self.slots.iter().all(Option::is_none) {
             // While nobody looks, the machine may be released and halt anew.
             self.console.keep_fault(false);
+        }
+    }
+
+    /// Ends a connection's work, done or not.
+    pub(crate) fn end_work(&mut self, work: Work, place: u8, card: &mut impl Storage) {
+        match work {
+            Work::Nothing | Work::Page(_) | Work::Answer(_) => {}
+            Work::Call => drop(self.body.take_if(|body| body.place == place)),
+            Work::Waiting => self.access.forget(|target| matches!(target, Target::Request(of) if *of == place)),
+            Work::Socket(seat) => self.leave(seat, card),
+            Work::Files(work) => self.files.end(work, place, card),
         }
     }
 
@@ -231,9 +275,12 @@ impl<const N: usize> Site<N> {
         self.slots.get_mut(place).and_then(Option::as_mut).map_or(Life::Abort, |slot| slot.connection.poll(now_ms))
     }
 
-    fn leave(&mut self, seat: u8, card: &mut impl Storage) {
-        self.jogs.leave(self.asker(seat));
-        self.files.end_question(Visitor::Seat(seat), card);
+    pub(crate) fn leave(&mut self, seat: u8, card: &mut impl Storage) {
+        let asker = self.asker(seat);
+        self.jogs.leave(asker);
+        self.files.end_question(files::Visitor::Seat(seat), card);
+        self.access.first.forget(asker);
+        self.access.forget(|target| matches!(target, Target::Call(of, _) if *of == asker));
         if let Some(seat) = self.seats.get_mut(usize::from(seat)) {
             (seat.client, seat.visit) = (None, seat.visit.wrapping_add(1));
         }
@@ -241,6 +288,7 @@ impl<const N: usize> Site<N> {
 
     /// Takes bytes of a connection. Returns how many.
     pub fn receive(&mut self, place: usize, bytes: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
+        self.now_ms = now_ms;
         let Some(mut slot) = self.slots.get_mut(place).and_then(Option::take) else { return bytes.len() };
         let used = self.receive_in(&mut slot, place as u8, bytes, now_ms, card);
         if let Some(free) = self.slots.get_mut(place) {
@@ -264,7 +312,7 @@ impl<const N: usize> Site<N> {
                 slot.connection.hold(now_ms);
                 return used;
             };
-            let Slot { connection, work, due } = &mut *slot;
+            let Slot { connection, work, due, from, pass } = &mut *slot;
             let (taken, event) = connection.receive(come.get_mut(..most).unwrap_or_default(), now_ms);
             used += taken;
             match event {
@@ -272,9 +320,12 @@ impl<const N: usize> Site<N> {
                 Event::Request(request) => {
                     let former = core::mem::replace(work, Work::Nothing);
                     self.end_work(former, place, card);
-                    self.start(slot, &request, card);
+                    self.take_request(place, slot, &request, card);
                 }
                 Event::Body(bytes) => {
+                    if let (Work::Call, Some(body)) = (&*work, self.body.as_mut().filter(|body| body.place == place)) {
+                        body.reader.read(bytes, &self.snapshot);
+                    }
                     if let Work::Files(FileWork::Upload(number)) = work
                         && let Err(refusal) = self.files.take(*number, bytes, card)
                     {
@@ -284,6 +335,10 @@ impl<const N: usize> Site<N> {
                     }
                 }
                 Event::End => {
+                    if matches!(work, Work::Call) {
+                        let visitor = Visitor { target: Target::Request(place), pass: *pass, from: *from };
+                        (*due, *work) = self.end_body(place, visitor);
+                    }
                     if let Work::Files(FileWork::Upload(number)) = work {
                         self.files.end_form(*number);
                     }
@@ -308,89 +363,6 @@ impl<const N: usize> Site<N> {
         }
     }
 
-    /// Begins with a request whose head is whole.
-    fn start(&mut self, slot: &mut Slot, request: &Request<'_>, card: &mut impl Storage) {
-        let began = self.begin(request, card);
-        let Slot { connection, work, due } = slot;
-        match began {
-            Begun::Answer(response, next) => (*due, *work) = (Some(response), next),
-            Begun::Files(response, next) => {
-                (*due, *work) = (response, Work::Files(next));
-                connection.allow_body(UPLOAD_BYTES);
-            }
-            Begun::Stop => {
-                self.stop = Some(EmergencyStop);
-                self.console.drop_waiting();
-                let done = Work::Answer(Reply::answer(Content::Done));
-                (*due, *work) = (Some(Response::json(Status::Ok)), done);
-            }
-            Begun::Refuse(status, message) => {
-                (*due, *work) = (None, Work::Nothing);
-                connection.respond_error(refusal(status, request), message);
-            }
-            Begun::Upgrade => {
-                if connection.upgrade(request) {
-                    *work = self.seat().map_or(Work::Nothing, Work::Socket);
-                }
-            }
-        }
-    }
-
-    /// Decides on a request whose head is whole.
-    fn begin(&mut self, request: &Request<'_>, card: &mut impl Storage) -> Begun {
-        let names = [self.host.as_str(), self.full_host.as_str(), "localhost"];
-        let known = Known { names: &names, addresses: &self.addresses, origins: &[] };
-        if let Err(status) = known.check(request) {
-            return Begun::Refuse(status, "this is not the page of this board");
-        }
-        let (route, rest) = match ROUTES.find(request.head.method, request.path) {
-            Found::Route(route, rest) => (route, rest),
-            Found::WrongMethod(_) => return Begun::Refuse(Status::MethodNotAllowed, "the path knows other methods"),
-            Found::Nothing => return Begun::Refuse(Status::NotFound, "there is nothing of this name"),
-        };
-        if let Err(status) = route.admit(self.role) {
-            return Begun::Refuse(status, "the password is wanted first");
-        }
-        if !route.content.takes(request.header("Content-Type")) {
-            return Begun::Refuse(Status::UnsupportedMediaType, "this path takes content of another type");
-        }
-        if matches!(request.head.length, Length::Known(bytes) if bytes > route.body_bytes) {
-            return Begun::Refuse(Status::ContentTooLarge, "the body is too long");
-        }
-        let json = |content| Begun::Answer(Response::json(Status::Ok), Work::Answer(Reply::answer(content)));
-        match route.handler {
-            Handler::Socket if self.seats.iter().all(|seat| seat.client.is_some()) => {
-                Begun::Refuse(Status::ServiceUnavailable, "as many pages as can be are open: close another one")
-            }
-            Handler::Socket => Begun::Upgrade,
-            Handler::EmergencyStop => Begun::Stop,
-            Handler::ServerInfo => json(Content::Server),
-            Handler::PrinterInfo => json(Content::Printer),
-            Handler::ListObjects => json(Content::Names),
-            Handler::QueryObjects => json(Content::State(self.objects_of(request))),
-            Handler::Upload | Handler::File | Handler::RemoveFile | Handler::Page => {
-                self.begin_files(route.handler, rest, request, card)
-            }
-        }
-    }
-
-    /// Returns the objects that a query names: `?toolhead&extruder=temperature`; without names, none.
-    fn objects_of(&self, request: &Request<'_>) -> Objects {
-        let mut room = [0; objects::NAME_BYTES];
-        request.query.iter().fold(0, |set, (name, _)| {
-            set | http::percent::decode(name, true, &mut room).map_or(0, |name| objects::named(name, &self.snapshot))
-        })
-    }
-
-    /// Finds a seat for a visitor who has come.
-    fn seat(&mut self) -> Option<u8> {
-        let (heard, state) = (self.console.end(), objects::klippy_state(self.snapshot.state));
-        let change = self.files.change.number;
-        let (place, seat) = self.seats.iter_mut().enumerate().find(|(_, seat)| seat.client.is_none())?;
-        seat.client = Some(Client::new(place as u8, heard, state, change));
-        Some(place as u8)
-    }
-
     /// Takes a piece of a visitor's message.
     fn read_message(&mut self, seat: u8, (is_first, is_last): (bool, bool), bytes: &[u8], now_ms: u64) {
         let Self { seats, snapshot, .. } = self;
@@ -408,43 +380,51 @@ impl<const N: usize> Site<N> {
 
     /// Carries out a call. A call without an id is not answered (JSON-RPC 2.0 section 4.1).
     fn call(&mut self, place: u8, mut reader: Reader, now_ms: u64) {
+        let Some(seat) = self.seats.get(usize::from(place)) else { return };
+        let (asker, pass, from) = (Asker { place, visit: seat.visit }, seat.pass, seat.from);
         let read = reader.end();
         if let Ok(Call { method: Method::Files(ask), .. }) = &read
-            && self.role >= Method::Files(*ask).least_role()
-            && let Some(client) = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut())
+            && self.access.role(pass) >= Method::Files(*ask).least_role()
+            && let Some(client) = self.client(asker)
         {
             (client.question, client.reader) = (Some(Question::new(*ask)), Some(reader));
             return;
         }
-        let Reader { id, text, .. } = reader;
-        let is_notification = id.is_none() && !matches!(read, Err((codes::PARSE | codes::INVALID, _)));
+        let is_notification = reader.id.is_none() && !matches!(read, Err((codes::PARSE | codes::INVALID, _)));
+        let target = Target::Call(asker, reader.id.clone());
         let content = match read {
             Err((code, message)) => Some(Content::Error(code, message)),
-            Ok(call) => self.carry_out(place, &call, id.as_ref(), &text, now_ms),
+            Ok(call) => self.carry_out(Visitor { target, pass, from }, &call, &reader, now_ms),
         };
-        let client = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut());
-        if let (Some(client), Some(content)) = (client, content)
+        if let (Some(client), Some(content)) = (self.client(asker), content)
             && !is_notification
         {
-            client.reply(Reply::message(id, content));
+            client.reply(Reply::message(reader.id, content));
         }
     }
 
-    /// Carries out a call; none: the answer comes when the machine is done.
-    fn carry_out(&mut self, place: u8, call: &Call, id: Option<&Id>, text: &str, now_ms: u64) -> Option<Content> {
-        if self.role < call.method.least_role() {
-            return Some(Content::Error(codes::FORBIDDEN, "this is for who may operate the machine"));
+    /// Carries out a call; none: the answer comes later.
+    pub(crate) fn carry_out(&mut self, visitor: Visitor, call: &Call, reader: &Reader, now_ms: u64) -> Option<Content> {
+        let role = self.access.role(visitor.pass);
+        if role < call.method.least_role() {
+            return Some(forbidden(role));
         }
+        if call.method.is_about_access() {
+            return self.call_access(visitor, call, &reader.text, &reader.role);
+        }
+        let Target::Call(asker, id) = visitor.target else {
+            return Some(Content::Error(codes::METHOD, "this is called over the WebSocket"));
+        };
         let script = match call.method {
-            Method::Identify => return Some(Content::Connection(u32::from(place))),
-            Method::AccessInfo => return Some(Content::Access(self.role)),
+            Method::Identify => return Some(Content::Connection(u32::from(asker.place))),
             Method::ServerInfo => return Some(Content::Server),
             Method::PrinterInfo => return Some(Content::Printer),
             Method::ListObjects => return Some(Content::Names),
             Method::QueryObjects => return Some(Content::State(call.objects)),
             Method::Subscribe => {
-                let client = self.seats.get_mut(usize::from(place)).and_then(|seat| seat.client.as_mut())?;
-                client.subscribe(call.objects, &self.hashes);
+                let Self { seats, hashes, .. } = self;
+                let client = seats.get_mut(usize::from(asker.place)).and_then(|seat| seat.client.as_mut())?;
+                client.subscribe(call.objects, hashes);
                 return Some(Content::State(call.objects));
             }
             Method::PathSince => return Some(self.path_since(call)),
@@ -452,36 +432,17 @@ impl<const N: usize> Site<N> {
                 self.stop_at_once();
                 return Some(Content::Done);
             }
-            Method::JogStart | Method::JogBeat | Method::JogStop => return Some(self.jog(place, call, text, now_ms)),
-            _ => script::of(call, text),
+            Method::JogStart | Method::JogBeat | Method::JogStop => {
+                return Some(self.jog(asker, call, &reader.text, now_ms));
+            }
+            _ => script::of(call, &reader.text),
         };
         let script = match script {
             Ok(script) => script,
             Err(message) => return Some(Content::Error(codes::PARAMETERS, message)),
         };
         let listeners = if call.method == Method::Ask { Listeners::Asker } else { Listeners::All };
-        let has_room = self.console.take(self.asker(place), id.cloned(), &script, listeners);
+        let has_room = self.console.take(asker, visitor.pass, id, &script, listeners);
         (!has_room).then_some(Content::Error(codes::BUSY, "the machine has lines enough: wait for their answers"))
     }
-}
-
-/// Decision on a request.
-pub(crate) enum Begun {
-    /// Answer with this head, whose body the work makes.
-    Answer(Response, Work),
-    /// The same about files; without a head it comes later.
-    Files(Option<Response>, FileWork),
-    Refuse(Status, &'static str),
-    /// The machine stops at once.
-    Stop,
-    /// The connection becomes a WebSocket.
-    Upgrade,
-}
-
-fn refusal(status: Status, request: &Request<'_>) -> Response {
-    let mut response = Response::new(status);
-    if let Found::WrongMethod(methods) = ROUTES.find(request.head.method, request.path) {
-        response.allow = methods;
-    }
-    response
 }

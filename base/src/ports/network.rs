@@ -13,6 +13,12 @@ pub const NETWORK_NAME_BYTES: usize = config::HOST_NAME_BYTES + 4;
 /// Record of a password: how it is verified, and not the password.
 pub type PasswordRecord = Vec<u8, PASSWORD_RECORD_BYTES>;
 
+/// Most bytes of the record of all keys: eight lines of a role, a digest and a name.
+pub const KEYS_RECORD_BYTES: usize = 536;
+
+/// Record of the keys of programs: how they are verified, and not the keys.
+pub type KeysRecord = Vec<u8, KEYS_RECORD_BYTES>;
+
 /// Origin of the machine's address.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AddressOrigin {
@@ -123,6 +129,14 @@ pub enum NetworkNews {
     Renamed(String<NETWORK_NAME_BYTES>),
     /// Somebody at this address has given a wrong password.
     WrongPassword(Ipv4Addr),
+    /// Somebody at this address wants to set the first password: the code is to be shown where only who
+    /// stands at the machine can read it.
+    Code(u32, Ipv4Addr),
+    /// A visitor has changed the password: its record is to be kept, see [`Network::take_password_record`].
+    NewPassword,
+    /// A visitor has changed the keys of programs: their record is to be kept, see
+    /// [`Network::take_keys_record`].
+    NewKeys,
     /// The hardware has a fault: what it is, and what to do.
     Fault(&'static str),
     /// The time of the network, seconds since 1970, UTC.
@@ -167,4 +181,15 @@ pub trait Network {
     fn take_password_record(&mut self) -> Option<PasswordRecord> {
         None
     }
+
+    /// Takes the record of the keys, where it is to be kept.
+    fn take_keys_record(&mut self) -> Option<KeysRecord> {
+        None
+    }
+
+    /// Sets the keys of programs, by their record.
+    fn set_keys_record(&mut self, _record: &[u8]) {}
+
+    /// Tells whether a visitor's change of password or keys is kept, or why not.
+    fn tell_kept(&mut self, _kept: Result<(), &'static str>) {}
 }

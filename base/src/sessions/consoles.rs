@@ -14,7 +14,8 @@ pub enum ConsoleKind {
     Usb,
     /// A connection over the network: Telnet, or a sender in GRBL's dialect.
     Network,
-    /// The board's own web server, a program that asks for others: behind each answer comes a mark.
+    /// The board's own web server, a program that asks for others: behind each answer comes a mark, and each
+    /// line has the rights that the profile says then.
     Web,
     /// RTT, or a test's memory.
     Memory,

@@ -187,6 +187,12 @@ impl Session {
         self.output.bytes.is_empty() && self.line.is_none() && !self.wants_service(inbox)
     }
 
+    /// Returns whether several people send lines, each with rights of their own: visitors of the page.
+    #[must_use]
+    pub const fn is_shared(&self) -> bool {
+        self.marks.are_on()
+    }
+
     /// Gathers bytes until a line is whole.
     pub fn gather(&mut self, inbox: &Inbox) {
         // During a transfer the bytes are no lines.

@@ -107,6 +107,9 @@ settings! {
         /// Consoles of the network want the password that the command password has set. false: who has
         /// none may operate the machine, but not change its files, settings or firmware.
         password_required: bool = bool("true").velvet();
+        /// Who has no password may watch the machine on the page, and stop it. Where password_required is
+        /// false, everybody may do more than that anyway.
+        watch_without_password: bool = bool("false").velvet();
         /// Set the clock from the network.
         "ntp_enable" ntp: bool = bool("true");
         /// Host to ask for the time.

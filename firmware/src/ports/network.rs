@@ -1,6 +1,6 @@
 //! The network: the machine's port to it.
 
-use base::ports::{Network, NetworkNews, NetworkReport, PasswordRecord, Viewers};
+use base::ports::{KeysRecord, Network, NetworkNews, NetworkReport, PasswordRecord, Viewers};
 use base::snapshot::Snapshot;
 use config::NetworkConfig;
 
@@ -29,6 +29,18 @@ impl<L: Locks> Network for BoardPorts<L> {
 
     fn take_password_record(&mut self) -> Option<PasswordRecord> {
         self.owned.network.take_record()
+    }
+
+    fn take_keys_record(&mut self) -> Option<KeysRecord> {
+        self.owned.network.take_keys()
+    }
+
+    fn set_keys_record(&mut self, record: &[u8]) {
+        self.owned.network.set_keys(record);
+    }
+
+    fn tell_kept(&mut self, kept: Result<(), &'static str>) {
+        self.owned.network.tell_kept(kept);
     }
 }
 

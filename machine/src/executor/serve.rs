@@ -179,6 +179,11 @@ impl<P: Ports> Machine<'_, P> {
         let Self { world: World { sessions, ports, .. }, .. } = self;
         let Some(session) = sessions.get_mut(id) else { return };
         session.gather(ports.inbox(id));
+        // The web server hands over a line when the one before is done: the profile has the rights of who
+        // sent it.
+        if session.is_shared() {
+            session.rights = ports.profile(id).rights;
+        }
     }
 
     /// Answers each line that was lost, so that a sender that counts answers stays in step.

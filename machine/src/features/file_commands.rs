@@ -7,7 +7,7 @@ use base::{Ports, World};
 use jobs::files::{self, Files, listings};
 use program::commands::FileCommand;
 
-use crate::features::{editing, network};
+use crate::features::editing;
 use crate::machine::long_answers::{self, AnswerHands};
 use crate::machine::work_hands::MoveHands;
 
@@ -56,9 +56,6 @@ fn list<P: Ports>(
     let reply = &mut Reply::new(sessions, to);
     let listing = match command {
         FileCommand::List => listings::directory(files, arguments),
-        FileCommand::Show if network::is_record(arguments.trim_matches('"')) => {
-            return Err(Failure::refused(&"the record of the password is not shown"));
-        }
         FileCommand::Show => listings::file(files, arguments, now, ports, reply),
         _ => listings::section(texts, arguments, ports, reply),
     }?;
@@ -106,6 +103,7 @@ fn receive<P: Ports>(
     if to.session().is_none() {
         return Err(Failure::refused(&"only a console can send a file"));
     }
+    world.sends_alone(to)?;
     long_answers::sender_is_there(world, to)?;
     let World { ports, sessions, texts, .. } = world;
     let now = ports.now();

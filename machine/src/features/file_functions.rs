@@ -96,6 +96,7 @@ pub(crate) fn file_or_job<'c>(
 
 /// Begins to write the lines of a session into a file (M28).
 fn upload<P: Ports>(stored: Stored<'_, '_, P>, name: &str, to: Recipient) -> Outcome {
+    stored.world.sends_alone(to)?;
     let Stored { files, world: World { ports, sessions, .. }, .. } = stored;
     match to {
         Recipient::Session(session) => files.begin_upload(session, name, ports, &mut Reply::new(sessions, to)),

@@ -3,7 +3,9 @@
 
 use std::collections::VecDeque;
 
-use base::ports::{AddressOrigin, NetworkAddress, NetworkNews, NetworkReport, NetworkService, PasswordRecord};
+use base::ports::{
+    AddressOrigin, KeysRecord, NetworkAddress, NetworkNews, NetworkReport, NetworkService, PasswordRecord,
+};
 use base::snapshot::Snapshot;
 use config::NetworkConfig;
 
@@ -19,6 +21,12 @@ pub struct SimulatedNetwork {
     pub news: VecDeque<NetworkNews>,
     /// The password that is in force.
     pub password: Option<Vec<u8>>,
+    /// Record of the keys that are in force.
+    pub keys: Option<Vec<u8>>,
+    /// Record of keys that a visitor has changed.
+    pub changed_keys: Option<KeysRecord>,
+    /// Outcomes of keeping what visitors have changed.
+    pub kept: Vec<Result<(), &'static str>>,
     /// Whether somebody looks at the machine.
     pub is_viewed: bool,
     /// The machine as it was last shown.
@@ -70,6 +78,12 @@ impl SimulatedNetwork {
             None => None,
         };
         Ok(())
+    }
+
+    /// Makes the record of a password, as if a visitor had set it, which is ready at once.
+    pub fn begin(&mut self, password: &str) -> bool {
+        self.making = self.report.as_ref().map(|_| ([SCHEME, password.as_bytes()].concat(), 0));
+        self.making.is_some()
     }
 
     pub(super) fn begin_password(&mut self, password: &[u8]) -> bool {

@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use base::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, InputLevels,
-    Inputs, LightPort, MemoryReport, MotionPort, Network, NetworkNews, NetworkReport, PasswordRecord, PinPort,
-    PinTaken, Rest, Start, StepTimes, Updates, Usb, Viewers, Wake, Workspace,
+    Inputs, KeysRecord, LightPort, MemoryReport, MotionPort, Network, NetworkNews, NetworkReport, PasswordRecord,
+    PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Viewers, Wake, Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
@@ -194,6 +194,18 @@ impl Network for HostPorts<'_> {
 
     fn take_password_record(&mut self) -> Option<PasswordRecord> {
         self.network().take_record()
+    }
+
+    fn take_keys_record(&mut self) -> Option<KeysRecord> {
+        self.network().changed_keys.take()
+    }
+
+    fn set_keys_record(&mut self, record: &[u8]) {
+        self.network().keys = Some(record.to_vec());
+    }
+
+    fn tell_kept(&mut self, kept: Result<(), &'static str>) {
+        self.network().kept.push(kept);
     }
 }
 

@@ -19,15 +19,14 @@ impl<const N: usize> Site<N> {
     }
 
     /// Has the machine stopped, and drops what waits for it.
-    pub(super) fn stop_at_once(&mut self) {
+    pub(crate) fn stop_at_once(&mut self) {
         self.stop = Some(EmergencyStop);
         self.console.drop_waiting();
         self.jogs.let_go();
     }
 
     /// Carries out a call about a jog.
-    pub(super) fn jog(&mut self, place: u8, call: &Call, axis: &str, now_ms: u64) -> Content {
-        let holder = self.asker(place);
+    pub(super) fn jog(&mut self, holder: Asker, call: &Call, axis: &str, now_ms: u64) -> Content {
         let outcome = match call.method {
             Method::JogStart if self.console.works_for_all() && !self.jogs.is_under_way() => {
                 Err((codes::BUSY, "other lines are in work: a jog begins when the machine is done with them"))

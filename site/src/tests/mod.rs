@@ -1,5 +1,9 @@
 //! The site against a browser of bytes.
 
+mod access;
+
+use std::net::Ipv4Addr;
+
 use base::bench::Card;
 use base::sessions::{DONE, REFUSED};
 use base::snapshot::{HeaterShown, JobShown, Snapshot};
@@ -13,6 +17,8 @@ mod console;
 
 const PLACES: usize = 6;
 const BUFFER: usize = 2_048;
+/// Address of every visitor.
+const FROM: Ipv4Addr = Ipv4Addr::new(10, 0, 0, 7);
 
 struct Desk {
     site: Site<PLACES>,
@@ -31,7 +37,7 @@ impl Desk {
     }
 
     fn open(&mut self, place: usize) {
-        self.site.open(place, BUFFER, self.now);
+        self.site.open(place, FROM, BUFFER, self.now);
     }
 
     /// Sends bytes, and returns all that comes back at once.
@@ -84,8 +90,9 @@ impl Desk {
         messages(&heard)
     }
 
+    /// Returns the next line for the machine.
     fn next_line(&mut self) -> Option<String> {
-        self.site.next_line(self.now).map(|line| line.as_str().to_owned())
+        self.site.next_line(self.now).map(|(line, _)| line.as_str().to_owned())
     }
 
     /// Has the machine say something, all of which is heard.
@@ -173,7 +180,15 @@ fn who_has_no_password_gets_the_page_alone() {
     for path in ["/printer/info", "/server/info", "/printer/objects/list", "/printer/objects/query?toolhead"] {
         assert!(desk.get(0, path).starts_with("HTTP/1.1 401 "), "{path}");
     }
-    assert!(desk.upgrade(1).starts_with("HTTP/1.1 401 "));
+    desk.upgrade(1);
+    for method in ["printer.info", "printer.objects.subscribe", "printer.emergency_stop"] {
+        let answer =
+            desk.call(1, &format!(r#"{{"method":"{method}","params":{{"objects":{{"velvet":null}}}},"id":1}}"#));
+        assert!(answer[0].contains(r#""error":{"code":401"#), "{method}: {answer:?}");
+    }
+    desk.say(b"// a secret of the shop\n");
+    let told: Vec<String> = (0..8).flat_map(|_| desk.show(1, &snapshot())).collect();
+    assert!(told.iter().all(|told| told.contains("notify_proc_stat_update")), "the board is there, no more: {told:?}");
 }
 
 #[test]

@@ -28,6 +28,7 @@ pub const ROWS: &[Row] = &[
     row("[network] timezone", "0", "5.75", Look(dated)).with(ON),
     row("[network] link", "auto", "10", Board("network/addresses.rs")).with(ON),
     row("[network] password_required", "true", "false", Board("network/consoles.rs")).with(CONSOLES),
+    row("[network] watch_without_password", "true", "false", Board("network/access.rs")).with(CONSOLES),
     row("[network] ntp_enable", "true", "false", Board("network/addresses.rs")).with(ON),
     row("[network] ntp_server", "pool.ntp.org", "10.0.0.9", Board("network/addresses.rs")).with(ON),
 ];

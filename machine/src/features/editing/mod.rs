@@ -9,6 +9,7 @@ use base::own_frame::apart;
 use base::paths::words;
 use base::ports::{OpenMode, Storage, StorageError, Wake};
 use base::reason::Reason;
+use base::secrets::open_to_show;
 use base::sessions::{Consoles as _, LineBytes, Recipient, SessionId};
 use base::{Ports, World};
 use jobs::files::Files;
@@ -95,6 +96,7 @@ impl<'c, P: Ports> EditHands<'c> for MachineHands<'_, 'c, P> {
 /// When another file is being edited, or one of both cannot be opened.
 pub(crate) fn begin<P: Ports>(files: &mut Files, world: &mut World<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let Recipient::Session(id) = to else { return Err(Failure::refused(&"only a console can edit a file")) };
+    world.sends_alone(to)?;
     let World { ports, texts, .. } = world;
     if files.editing.is_some() {
         return Err(Failure::refused(&"another file is being edited"));
@@ -108,7 +110,7 @@ pub(crate) fn begin<P: Ports>(files: &mut Files, world: &mut World<'_, P>, argum
         return Err(Failure::refused(&"Need unique input file and output file"));
     }
     let cannot = |name: &str, error: StorageError| texts.about_file(name, error.text());
-    let source = ports.open(&input, OpenMode::Read).map_err(|error| cannot(from, error))?;
+    let source = open_to_show(ports, &input, OpenMode::Read).map_err(|error| cannot(from, error))?;
     let target = ports.open(&output, OpenMode::Write).map_err(|error| {
         // The source was only opened to be read.
         let _ = Storage::close(ports, source);

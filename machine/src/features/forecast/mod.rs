@@ -13,6 +13,7 @@ use base::failure::{Failure, Outcome};
 use base::paths::Path;
 use base::ports::{FileHandle, OpenMode, Storage, StorageError};
 use base::safety::travel::Travel;
+use base::secrets::open_to_show;
 use base::sessions::{Listing, Recipient, Reply};
 use base::tuning::Tuning;
 use base::{Ports, World};
@@ -269,7 +270,7 @@ fn begin<P: Ports>(
     let can_look = ports.motion(|motion| forecaster.stand_as(motion));
     files.close(ports);
     let failed = |error: StorageError| texts.about_file(path, error.text());
-    let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
+    let file = open_to_show(ports, path, OpenMode::Beside).map_err(failed)?;
     let size = ports.size(file).map_err(failed)?;
     let forced = ahead.world.config.player.dialect.or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));

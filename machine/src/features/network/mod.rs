@@ -4,11 +4,14 @@
 //! Frames, addresses, names and connections are below the port ([`base::ports::Network`]). Consoles over the
 //! network are sessions as any others.
 
+mod kept;
+mod keys;
 mod password;
 mod report;
 
 use base::failure::{Answer, Outcome};
 use base::ports::{DateTime, Network as _, NetworkAddress, NetworkNews};
+use base::secrets::{KEYS_PATH, PASSWORD_PATH};
 use base::sessions::{Recipient, Reply};
 use base::{Ports, World};
 use config::MachineConfig;
@@ -17,7 +20,7 @@ use units::Micros;
 use crate::machine::moments::Moments;
 use crate::machine::work_hands::WorldHands;
 
-pub(crate) use password::{is_record, set as set_password};
+pub(crate) use password::set as set_password;
 
 /// The network at the machine's moments.
 pub(crate) struct Feature;
@@ -48,7 +51,10 @@ fn join<P: Ports>(world: &mut World<'_, P>) {
         world.announce(format_args!("ERROR: the network does not work: {why}\n"));
     }
     if let Err(why) = password::load(&mut world.ports) {
-        world.announce(format_args!("ERROR: {}: {why}; no password is known\n", password::PATH));
+        world.announce(format_args!("ERROR: {PASSWORD_PATH}: {why}; no password is known\n"));
+    }
+    if let Err(why) = keys::load(&mut world.ports) {
+        world.announce(format_args!("ERROR: {KEYS_PATH}: {why}; no key lets anybody in\n"));
     }
 }
 
@@ -76,6 +82,11 @@ fn tell_news<P: Ports>(world: &mut World<'_, P>, news: &NetworkNews) {
         NetworkNews::WrongPassword(from) => {
             world.announce(format_args!("// network: a wrong password came from {from}\n"));
         }
+        NetworkNews::Code(code, from) => world.tell_at_machine(format_args!(
+            "// network: code {code:06} sets the password that was chosen on the page at {from}: type it there, if that was you\n"
+        )),
+        NetworkNews::NewPassword => password::keep(&mut world.ports),
+        NetworkNews::NewKeys => keys::keep(&mut world.ports),
         NetworkNews::Fault(why) => world.announce(format_args!("ERROR: the network does not work: {why}\n")),
         NetworkNews::Time(seconds) => {
             let offset = i64::from(world.config.network.timezone_minutes) * 60;

@@ -2,7 +2,7 @@
 
 use std::net::Ipv4Addr;
 
-use base::ports::{AddressOrigin, NetworkAddress, NetworkLink, NetworkNews};
+use base::ports::{AddressOrigin, KeysRecord, NetworkAddress, NetworkLink, NetworkNews};
 use base::sessions::{ConsoleKind, Rights, SessionId, SessionProfile};
 use scenarios::{Bench, CARTESIAN, Plan};
 
@@ -107,6 +107,60 @@ fn a_password_is_kept_on_the_card_and_shown_to_nobody() {
     assert!(bench.say("password off").ends_with("ok\n"));
     assert_eq!(bench.network(|network| network.password.clone()), None);
     assert!(!bench.say("ls").contains("netpass"));
+}
+
+/// Every way to have a file read leads past the same check.
+#[test]
+fn secrets_of_the_card_are_shown_to_nobody() {
+    let mut bench = with_network().file("netpass", "plain$from-before\n").file("netkeys", "Own 77 horse\n").start();
+    for secret in ["netpass", "NETPASS.", "/sd/netkeys", "\"netkeys\""] {
+        for line in ["cat", "play", "M32", "M23", "cp", "md5sum", "ed", "mv", "preflight"] {
+            let target = if matches!(line, "cp" | "ed" | "mv") { " shown.g" } else { "" };
+            let echo = if line == "play" { " -v" } else { "" };
+            let said = bench.say(&format!("{line} {secret}{target}{echo}"));
+            assert!(!said.contains("plain$") && !said.contains("horse"), "{line} {secret}: {said}");
+            assert!(line != "cat" || said.contains("not shown"), "{line} {secret}: {said}");
+        }
+    }
+    assert!(!bench.say("ls").contains("shown.g"));
+    assert_eq!(bench.network(|network| network.keys.clone()).as_deref(), Some(&b"Own 77 horse\n"[..]));
+}
+
+#[test]
+fn a_code_is_shown_to_who_stands_at_the_machine_alone() {
+    let mut bench = visited(Rights::Own);
+    bench.network(|network| network.news.push_back(NetworkNews::Code(42, Ipv4Addr::new(10, 0, 0, 66))));
+    let said = bench.hear(0.1);
+    assert!(said.contains("code 000042 sets the password that was chosen on the page at 10.0.0.66"), "{said}");
+    assert_eq!(bench.hear_on(FAR, 0.1), "", "not over the network");
+}
+
+#[test]
+fn a_password_set_on_the_page_is_kept_and_its_visitor_told() {
+    let mut bench = with_network().start();
+    bench.network(|network| {
+        assert!(network.begin("battery-staple"));
+        network.news.push_back(NetworkNews::NewPassword);
+    });
+    bench.hear(0.1);
+    assert_eq!(bench.network(|network| network.kept.clone()), [Ok(())]);
+    assert_eq!(bench.network(|network| network.password.clone()).as_deref(), Some(&b"battery-staple"[..]));
+    assert!(bench.say("ls").contains("netpass"));
+}
+
+#[test]
+fn keys_of_visitors_are_kept_and_the_last_one_takes_the_file_with_it() {
+    let mut bench = with_network().start();
+    for (record, is_there) in [("Watch 77 desk\n", true), ("", false)] {
+        bench.network(|network| {
+            network.changed_keys = KeysRecord::from_slice(record.as_bytes()).ok();
+            network.news.push_back(NetworkNews::NewKeys);
+        });
+        bench.hear(0.1);
+        assert_eq!(bench.say("ls").contains("netkeys"), is_there, "{record}");
+    }
+    assert_eq!(bench.network(|network| network.kept.clone()), [Ok(()), Ok(())]);
+    assert!(!bench.say("ls").contains("previous-"), "revoked keys do not stay on the card");
 }
 
 #[test]

@@ -1,0 +1,142 @@
+//! The site's console against lines of a machine.
+
+use super::*;
+
+const ASKER: Asker = Asker { place: 1, visit: 7 };
+const OTHER: Asker = Asker { place: 2, visit: 1 };
+
+fn text(console: &Console, at: u32) -> Option<(String<LINE_BYTES>, u32)> {
+    console.line(at).map(|said| (said.text, said.next))
+}
+
+/// Returns the next line of visitors who may operate the machine.
+fn next_line(console: &mut Console) -> Option<String<SCRIPT_BYTES>> {
+    console.next_line(0, |_| Role::Operate).map(|(line, _)| line)
+}
+
+fn take(console: &mut Console, asker: Asker, id: Option<Id>, text: &str, listeners: Listeners) -> bool {
+    console.take(asker, Pass::None, id, text, listeners)
+}
+
+#[test]
+fn a_line_has_the_role_that_its_sender_has_when_it_is_handed_over() {
+    let mut console = Console::new();
+    let (owner, guest) = (Pass::Session(1), Pass::None);
+    assert!(console.take(ASKER, owner, Some(Id::Number(1)), "M500\nM501", Listeners::All));
+    assert!(console.take(ASKER, guest, Some(Id::Number(2)), "M114", Listeners::All));
+    let with = |owns| move |pass| if pass == guest { Role::Operate } else { owns };
+    let (line, role) = console.next_line(0, with(Role::Own)).expect("a line");
+    assert_eq!((line.as_str(), role), ("M500\n", Role::Own));
+    console.hear(&[DONE]);
+    let (line, role) = console.next_line(0, with(Role::Nobody)).expect("a line of who still may");
+    assert_eq!((line.as_str(), role), ("M114\n", Role::Operate), "the owner has logged out: M501 is dropped");
+    let outcome = console.take_outcome().expect("an outcome");
+    assert_eq!((outcome.id, outcome.ending), (Some(Id::Number(1)), Ending::Refused(None)));
+    console.hear(&[DONE]);
+    let outcome = console.take_outcome().expect("an outcome");
+    assert_eq!((outcome.id, outcome.ending), (Some(Id::Number(2)), Ending::Done));
+}
+
+#[test]
+fn a_script_is_handed_over_line_by_line_and_done_with_the_last() {
+    let mut console = Console::new();
+    assert!(take(&mut console, ASKER, Some(Id::Number(5)), "G28\n\n M104 S200 \nG1 X1", Listeners::All));
+    assert_eq!(next_line(&mut console).as_deref(), Some("G28\n"));
+    assert_eq!(next_line(&mut console), None, "one at a time");
+    console.hear(b"ok\n\x06");
+    assert_eq!(next_line(&mut console).as_deref(), Some("M104 S200\n"));
+    console.hear(b"error:too hot\n\x15");
+    assert!(console.take_outcome().is_none());
+    assert_eq!(next_line(&mut console).as_deref(), Some("G1 X1\n"));
+    console.hear(b"ok\n\x06");
+    let outcome = console.take_outcome().expect("an outcome");
+    assert_eq!((outcome.asker, outcome.id, outcome.said), (ASKER, Some(Id::Number(5)), 18));
+    assert_eq!(outcome.ending, Ending::Refused(Some(0)), "with the place of the reason");
+    assert_eq!(console.line(0).as_ref().map(Said::reason), Some("too hot"));
+    assert_eq!(text(&console, 0), Some(("!! error:too hot".try_into().unwrap(), 18)));
+    assert_eq!(text(&console, 18), None);
+}
+
+#[test]
+fn a_script_that_has_no_room_is_not_begun() {
+    let mut console = Console::new();
+    let long = "G1 X1\n".repeat(80);
+    assert!((0..2).all(|_| take(&mut console, ASKER, None, &long, Listeners::All)));
+    assert!(!take(&mut console, ASKER, None, &long, Listeners::All));
+    assert!(take(&mut console, ASKER, None, "M105", Listeners::All), "a short one fits");
+    next_line(&mut console);
+    console.drop_waiting();
+    assert_eq!(next_line(&mut console), None);
+    assert!(console.take_outcome().is_none(), "the first line is still in work");
+    console.hear(b"\x15");
+    let endings: Vec<_> = (0..4).filter_map(|_| console.take_outcome()).map(|outcome| outcome.ending).collect();
+    assert_eq!(endings, [Ending::Refused(None); 3]);
+}
+
+#[test]
+fn a_listener_who_is_behind_misses_whole_lines() {
+    let mut console = Console::new();
+    for number in 0..500 {
+        console.hear(format!("line {number}\n").as_bytes());
+    }
+    let (first, mut at) = text(&console, 0).expect("a line");
+    assert!(first.starts_with("line ") && first.len() == 8, "{first}");
+    let mut last = first;
+    while let Some((line, next)) = text(&console, at) {
+        (last, at) = (line, next);
+    }
+    assert_eq!((last.as_str(), at), ("line 499", console.end()));
+}
+
+#[test]
+fn an_answer_to_one_is_heard_by_nobody_else_and_news_are_heard_by_all() {
+    let mut console = Console::new();
+    assert!(take(&mut console, ASKER, None, "version", Listeners::Asker));
+    next_line(&mut console);
+    console.hear(b"Velvet\n\x07// the cable is out\nBuild\nok\n\x06\x07// it is in\n");
+    let mut heard = Vec::new();
+    let mut at = 0;
+    while let Some(said) = console.line(at) {
+        at = said.next;
+        heard.push((said.text.to_string(), said.is_for(ASKER.place), said.is_for(OTHER.place)));
+    }
+    let lines = [("Velvet", false), ("// the cable is out", true), ("Build", false), ("// it is in", true)];
+    assert_eq!(heard, lines.map(|(line, all)| (line.to_owned(), true, all)));
+}
+
+#[test]
+fn the_machine_waits_for_who_listens_alone_but_not_for_long() {
+    let mut console = Console::new();
+    assert!(take(&mut console, ASKER, None, "help", Listeners::Asker));
+    next_line(&mut console);
+    let mut said = 0;
+    while let room @ 2.. = console.room(Some(0), 100) {
+        // The shortest lines there are, of which the most fit.
+        console.hear("a\n".repeat(room / 2).as_bytes());
+        said += room / 2 * 2;
+    }
+    console.hear(b"a\n");
+    said += 2;
+    assert!(said > SAID_BYTES / 3, "{said}");
+    let mut at = 0;
+    let heard = std::iter::from_fn(|| console.line(at).inspect(|said| at = said.next)).count();
+    assert_eq!(heard, said / 2, "nothing was overwritten");
+    assert_eq!((console.room(Some(0), 100), console.room(Some(0), 100 + PATIENCE_MS - 1)), (0, 0));
+    assert_eq!(console.room(Some(0), 100 + PATIENCE_MS), usize::MAX);
+    assert_eq!((console.room(Some(at), 101) > 0, console.room(None, 101)), (true, usize::MAX));
+}
+
+#[test]
+fn a_long_answer_to_one_makes_way_for_lines_of_others() {
+    let mut console = Console::new();
+    assert!(take(&mut console, ASKER, None, "check /sd/a.g", Listeners::Asker));
+    next_line(&mut console);
+    assert!(!console.breaks_off(10_000, false), "nobody waits");
+    assert!(take(&mut console, OTHER, None, "check /sd/b.g", Listeners::Asker));
+    assert!(!console.breaks_off(10_000, false), "who asks waits");
+    assert!(take(&mut console, OTHER, None, "G28", Listeners::All));
+    assert!(!console.breaks_off(LONG_ANSWER_MS - 1, true));
+    assert!(console.breaks_off(LONG_ANSWER_MS, false) && !console.breaks_off(10_000, true), "once");
+    console.hear(b"ok\n\x06");
+    assert_eq!(console.take_outcome().map(|outcome| outcome.ending), Some(Ending::BrokenOff));
+}
