@@ -33,8 +33,39 @@ pub fn check(root: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Page whose tables end each row with the tests that hold it.
+const THREATS: &str = "threats.md";
+
+/// Rows of the tables of threats that name no test, or a function that is none.
+fn untested_threats(root: &Path, text: &str) -> Vec<String> {
+    let rows = text.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| threat |"));
+    let mut faults = Vec::new();
+    for row in rows {
+        let threat = row.split('|').nth(1).unwrap_or_default().trim();
+        let tests = quoted_sources(row);
+        if !tests.iter().any(|(name, _)| name.is_some()) {
+            faults.push(format!("the threat \"{threat}\" names no test"));
+        }
+        for (name, file) in tests {
+            let source = fs::read_to_string(root.join(file)).unwrap_or_default();
+            if !name.is_some_and(|name| is_test(&source, name)) {
+                faults.push(format!("the threat \"{threat}\": {file} has no test {}", name.unwrap_or_default()));
+            }
+        }
+    }
+    faults
+}
+
+/// Whether a source has a test of this name.
+fn is_test(source: &str, name: &str) -> bool {
+    source.split("#[test]").skip(1).any(|behind| behind.trim_start().starts_with(&format!("fn {name}(")))
+}
+
 fn page_faults(root: &Path, page: &Path, text: &str) -> Vec<String> {
     let mut faults = Vec::new();
+    if page.ends_with(THREATS) {
+        faults.extend(untested_threats(root, text));
+    }
     for target in links(text) {
         let path = page.parent().unwrap_or(root).join(target);
         if !path.exists() {
@@ -112,6 +143,18 @@ mod tests {
         assert!(defines("pub fn stop(&mut self)", "Motion::stop"));
         assert!(!defines("pub fn stop_now(&mut self)", "Motion::stop"));
         assert!(defines("pub struct Queue<T> {", "Queue"));
+    }
+
+    #[test]
+    fn a_test_is_a_function_behind_its_mark() {
+        let source = "#[test]\nfn holds() {}\nfn helps() {}\n#[test]\n    fn holds_more() {}\n";
+        assert!(is_test(source, "holds") && is_test(source, "holds_more"));
+        assert!(!is_test(source, "helps") && !is_test(source, "hold") && !is_test("", ""));
+        let row =
+            |test: &str| untested_threats(Path::new("."), &format!("| threat | what | test |\n| a | b | {test} |\n"));
+        assert_eq!(row("nothing"), ["the threat \"a\" names no test"]);
+        assert_eq!(row("`no_such` (`src/docs.rs`)"), ["the threat \"a\": src/docs.rs has no test no_such"]);
+        assert!(row("`a_test_is_a_function_behind_its_mark` (`src/docs.rs`)").is_empty());
     }
 
     #[test]
