@@ -7,7 +7,10 @@ export interface Upload { id: number; name: string; size: number; sent: number; 
 export const uploads = signal<Upload[]>([]);
 /** The file whose window is open. */
 export const openedFile = signal<string | null>(null);
-const queue: { id: number; file: File; folder: string }[] = [];
+/** How often a file is sent again whose link died, and how long after, ms. */
+const AGAIN = 3;
+const REST = 2000;
+const queue: { id: number; file: File; folder: string; again: number }[] = [];
 const requests = new Map<number, XMLHttpRequest>();
 let lastId = 0;
 let isBusy = false;
@@ -20,7 +23,7 @@ export function putFiles(files: File[], folder: string): void {
   for (const file of files) {
     const id = ++lastId;
     uploads.value = [...uploads.peek(), { id, name: file.name, size: file.size, sent: 0, rate: 0, state: "going", reason: "" }];
-    queue.push({ id, file, folder });
+    queue.push({ id, file, folder, again: AGAIN });
   }
   next();
 }
@@ -37,9 +40,18 @@ function next(): void {
   requests.set(one.id, request);
   const began = performance.now();
   request.upload.onprogress = (event) => change(one.id, { sent: Math.min(event.loaded, one.file.size), rate: event.loaded / Math.max(0.2, (performance.now() - began) / 1000) });
+  let isStopped = false;
+  request.onabort = () => { isStopped = true; };
   request.onloadend = () => {
     requests.delete(one.id);
     isBusy = false;
+    if (!request.status && !isStopped && one.again > 0) {
+      // The board keeps nothing of half a file: all of it goes again.
+      change(one.id, { sent: 0, rate: 0 });
+      queue.unshift({ ...one, again: one.again - 1 });
+      setTimeout(next, REST);
+      return;
+    }
     if (request.status === 201 || request.status === 200) { change(one.id, { state: "done", sent: one.file.size }); say("done", `${one.file.name} is on the card.`, { label: "Look", act: () => { openedFile.value = one.folder ? `${one.folder}/${one.file.name}` : one.file.name; go("files"); } }); }
     else change(one.id, { state: "failed", reason: reasonOf(request) });
     next();
