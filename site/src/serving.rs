@@ -149,7 +149,11 @@ impl<const N: usize> Site<N> {
                 let Work::Files(FileWork::Find(mut picture)) = core::mem::replace(work, Work::Nothing) else {
                     return false;
                 };
-                match picture.find(card) {
+                let found = match self.files.has_card(Visitor::Connection(place), now_ms, card) {
+                    true => picture.find(card),
+                    false => None,
+                };
+                match found {
                     None => *work = Work::Files(FileWork::Find(picture)),
                     Some(true) => {
                         let mut response = Response::json(Status::Ok);
@@ -196,7 +200,11 @@ impl<const N: usize> Site<N> {
                 connection.transmit(room, &mut body, now_ms)
             }
             Work::Files(of) => {
-                let written = connection.transmit(room, &mut FileBody { work: of, files, card }, now_ms);
+                let written = connection.transmit(
+                    room,
+                    &mut FileBody { work: of, place: place as u8, files, card, now_ms },
+                    now_ms,
+                );
                 let is_over = !connection.is_sending() && due.is_none() && of.is_answered();
                 if is_over && let Work::Files(of) = core::mem::replace(work, Work::Nothing) {
                     files.end(of, place as u8, card);

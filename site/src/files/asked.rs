@@ -86,12 +86,9 @@ impl Question {
             }
             self.is_plain = true;
         }
-        if self.ask == Ask::Metadata && !files.scans.take(visitor.number(), now_ms, LIST_PATIENCE_MS) {
-            return None;
-        }
-        // Reading on waits for nothing.
-        let reads_on = self.ask == Ask::Metadata && files.scan_of(visitor).is_some();
-        if !reads_on && !files.has_card(visitor, now_ms, card) {
+        if self.ask == Ask::Metadata && !files.scans.take(visitor.number(), now_ms, LIST_PATIENCE_MS)
+            || !files.has_card(visitor, now_ms, card)
+        {
             return None;
         }
         let done = match self.ask {

@@ -1,10 +1,8 @@
-//! Lines of a file, read as far as that takes no waiting for the card. Nothing of the file is kept: what was
-//! not a whole line is read again.
+//! Lines of a file, some at a time, while the card is at rest. Nothing of the file is kept: what was not a
+//! whole line is read again.
 
 use base::ports::{FileHandle, Storage, StorageError};
 
-/// Bytes of the card's blocks.
-const BLOCK: usize = 512;
 /// Longest beginning of a line that is looked at.
 const LINE_BYTES: usize = 192;
 /// Bytes that are read in one go.
@@ -41,7 +39,7 @@ impl Lines {
     }
 
     /// Shows the next lines to `look`, without their ends, until it says that one is the line that it looks
-    /// for.
+    /// for. The card is to be at rest: it is waited for, for as long as a read of eight blocks takes.
     ///
     /// # Errors
     /// Those of the card.
@@ -56,7 +54,8 @@ impl Lines {
             if self.at >= stop {
                 return Ok(Search::Open);
             }
-            let Some(count) = read(self.file, self.at, &mut room, card)? else { return Ok(Search::Open) };
+            card.seek(self.file, self.at)?;
+            let count = fill(self.file, &mut room, card)?;
             let mut rest = room.get(..count).unwrap_or_default();
             if rest.is_empty() {
                 break;
@@ -82,34 +81,16 @@ impl Lines {
     }
 }
 
-/// Reads bytes at a place of a file: all that there is room for, fewer at the file's end. None when the card
-/// has to be waited for.
-///
-/// # Errors
-/// Those of the card.
-pub fn read(
-    file: FileHandle,
-    at: u32,
-    room: &mut [u8],
-    card: &mut impl Storage,
-) -> Result<Option<usize>, StorageError> {
-    if card.seek(file, at).is_err() {
-        // Behind the end.
-        return Ok(Some(0));
-    }
+/// Reads bytes: all that there is room for, fewer at the file's end.
+fn fill(file: FileHandle, room: &mut [u8], card: &mut impl Storage) -> Result<usize, StorageError> {
     let mut count = 0;
-    while count < room.len() {
-        if !card.is_at_hand(file) {
-            return Ok(None);
-        }
-        let in_block = BLOCK - (at as usize + count) % BLOCK;
-        let most = room.len().min(count + in_block);
-        match card.read(file, room.get_mut(count..most).unwrap_or_default())? {
+    while let Some(free) = room.get_mut(count..).filter(|free| !free.is_empty()) {
+        match card.read(file, free)? {
             0 => break,
             read => count += read,
         }
     }
-    Ok(Some(count))
+    Ok(count)
 }
 
 #[cfg(test)]

@@ -87,6 +87,8 @@ struct Space {
 pub struct Files {
     uploads: [Option<Upload>; UPLOADS],
     card: Turn,
+    /// Turn of who has blocks of a file read: the card keeps few that were read for nobody.
+    reads: Turn,
     lists: Turn,
     scans: Turn,
     /// Search of a visitor.

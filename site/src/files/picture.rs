@@ -3,12 +3,13 @@
 use base::ports::{FileHandle, OpenMode, Storage, StorageError};
 use http::Made;
 
-use super::lines::{self, Lines, Search};
+use super::lines::{Lines, Search};
 use super::metadata::Thumbnail;
 
 /// Bytes of a file's beginning in which pictures are looked for.
 const MOST_BYTES: u32 = 1_024 * 1_024;
-/// Bytes that are read together.
+/// Bytes of the card's blocks, and bytes that are read together.
+const BLOCK: usize = 512;
 const PIECE: usize = 128;
 
 /// Picture on its way to a visitor.
@@ -70,7 +71,7 @@ impl Picture {
         if self.is_jpeg { "image/jpeg" } else { "image/png" }
     }
 
-    /// Looks for the picture. None while it goes on; then whether it is there.
+    /// Looks for the picture, while the card is at rest. None while it goes on; then whether it is there.
     pub fn find(&mut self, card: &mut impl Storage) -> Option<bool> {
         let Self { lines, width, height, is_jpeg, left, .. } = self;
         let search = lines.go_on(card, |line| {
@@ -80,7 +81,7 @@ impl Picture {
         });
         match search {
             Ok(Search::Open) => None,
-            Ok(Search::Found) => Some(true),
+            Ok(Search::Found) => Some(card.seek(lines.file, lines.at).is_ok()),
             Ok(Search::End) | Err(_) => Some(false),
         }
     }
@@ -90,11 +91,14 @@ impl Picture {
         let mut used = 0;
         while let Some(left) = self.left.filter(|left| *left > 0 && used < room.len()) {
             let mut piece = [0; PIECE];
-            let count = match lines::read(self.lines.file, self.lines.at, &mut piece, card) {
-                Ok(None) => return Made::Part(used),
-                Ok(Some(count)) if count > 0 => count,
-                Ok(Some(_)) | Err(_) => return Made::Failed,
-            };
+            // A read within one block, as the next one may have to be waited for.
+            let in_block = BLOCK - self.lines.at as usize % BLOCK;
+            let piece = piece.get_mut(..in_block.min(PIECE)).unwrap_or_default();
+            if !card.is_at_hand(self.lines.file) {
+                return Made::Part(used);
+            }
+            let read = card.read(self.lines.file, piece);
+            let Some(count) = read.ok().filter(|count| *count > 0) else { return Made::Failed };
             let mut left = left;
             for byte in piece.get(..count).unwrap_or_default() {
                 if left == 0 || used == room.len() {
@@ -112,6 +116,9 @@ impl Picture {
                 }
             }
             self.left = Some(left);
+            if card.seek(self.lines.file, self.lines.at).is_err() {
+                return Made::Failed;
+            }
         }
         if self.left == Some(0) { Made::Last(used) } else { Made::Part(used) }
     }

@@ -11,7 +11,7 @@ use super::place;
 use super::reading::{Reading, type_of};
 use super::refusal::Refusal;
 use super::upload::Upload;
-use super::{Files, Visitor};
+use super::{CARD_PATIENCE_MS, Files, Visitor};
 
 /// Work of a connection on files.
 #[derive(Debug)]
@@ -162,6 +162,14 @@ impl Files {
         }
     }
 
+    /// Ends the turn of a connection that has got something of its file.
+    fn ended(&mut self, place: u8, made: Made) -> Made {
+        if made != Made::Part(0) {
+            self.reads.end(place);
+        }
+        made
+    }
+
     fn upload(&self, number: u8) -> Option<&Upload> {
         self.uploads.get(usize::from(number))?.as_ref()
     }
@@ -175,6 +183,7 @@ impl Files {
     /// Ends a connection's work, done or not.
     pub fn end(&mut self, work: FileWork, place: u8, card: &mut impl Storage) {
         self.card.end(Visitor::Connection(place).number());
+        self.reads.end(place);
         match work {
             FileWork::Upload(number) => {
                 if let Some(Some(upload)) = self.uploads.get_mut(usize::from(number)) {
@@ -224,9 +233,13 @@ impl Files {
 pub struct FileBody<'b, S> {
     /// Work that is answered.
     pub work: &'b mut FileWork,
+    /// Place of the connection.
+    pub place: u8,
     /// Files, and the card.
-    pub files: &'b Files,
+    pub files: &'b mut Files,
     pub card: &'b mut S,
+    /// Time since the start, milliseconds.
+    pub now_ms: u64,
 }
 
 impl<S: Storage> Body for FileBody<'_, S> {
@@ -243,8 +256,13 @@ impl<S: Storage> Body for FileBody<'_, S> {
                 Some(upload) => parts.make(room, |_, json| write_stored(upload, json)),
                 None => Made::Failed,
             },
-            FileWork::Read(reading) => reading.make(room, self.card),
-            FileWork::Picture(picture) => picture.make(room, self.card),
+            FileWork::Read(_) | FileWork::Picture(_)
+                if !self.files.reads.take(self.place, self.now_ms, CARD_PATIENCE_MS) =>
+            {
+                Made::Part(0)
+            }
+            FileWork::Read(reading) => self.files.ended(self.place, reading.make(room, self.card)),
+            FileWork::Picture(picture) => self.files.ended(self.place, picture.make(room, self.card)),
         }
     }
 }
