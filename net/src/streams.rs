@@ -152,6 +152,9 @@ pub fn prepare(socket: &mut Socket<'static>) {
     socket.set_timeout(Some(TIMEOUT));
     socket.set_keep_alive(Some(KEEP_ALIVE));
     socket.set_nagle_enabled(false);
+    // The buffer holds one segment and a piece of another, which a peer does not send before the first is
+    // acknowledged (RFC 1122 section 4.2.3.4): a delay would be one in every 2 kB.
+    socket.set_ack_delay(None);
 }
 
 impl Places {
