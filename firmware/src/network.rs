@@ -162,8 +162,11 @@ impl BoardNetwork {
 
     /// Starts the hardware and the stack, as the configuration says.
     ///
+    /// Never inlined: the network is on the stack before it is at its place.
+    ///
     /// # Errors
     /// The hardware does not work.
+    #[inline(never)]
     pub fn join(&mut self, config: &NetworkConfig) -> Result<(), &'static str> {
         let Some(Hardware { ethernet, mut random, mac }) = self.hardware.take() else { return Ok(()) };
         let mode = match config.link {
