@@ -1,5 +1,5 @@
 // The methods of docs/api.md on the mock machine.
-import type { Method, Params, Result, Role } from "../src/api/types";
+import type { ApiKey, Method, Params, Result, Role } from "../src/api/types";
 import { ROLES } from "../src/api/types";
 import { configSet, readCodes, sampleConfig } from "./data";
 import type { Card } from "./files";
@@ -23,6 +23,7 @@ export class Api {
   notify: (method: string, ...params: unknown[]) => void = () => undefined;
   private readonly codes: Record<string, string>;
   private lines: Result<"server.gcode_store">["gcode_store"] = [];
+  private keys: ApiKey[] = [];
   private readonly store = new Map<string, { temperatures: number[]; targets: number[]; powers: number[] }>();
   private version = "0.9.2";
 
@@ -194,7 +195,17 @@ export class Api {
     "server.files.post_directory": ({ path }) => { const inner = path.replace(/^gcodes\/?/, ""); this.card.folders.add(inner); return this.changed("create_dir", inner); },
     "server.temperature_store": () => Object.fromEntries(this.store),
     "server.gcode_store": ({ count }) => ({ gcode_store: this.lines.slice(-count) }),
-    "access.post_api_key": () => "4f1c8e0a9b7d4c55a2e3f6b1d0987c24",
+    "access.post_api_key": ({ name, role }) => {
+      if (this.keys.some((key) => key.name === name)) throw new Failure(409, "another key has this name: revoke that one first");
+      this.keys.push({ name, role: role ?? "Operate" });
+      return "4f1c8e0a9b7d4c55a2e3f6b1d0987c24";
+    },
+    "velvet.keys.list": () => ({ keys: this.keys }),
+    "velvet.keys.revoke": ({ name }) => {
+      if (!this.keys.some((key) => key.name === name)) throw new Failure(404, "there is no key of this name");
+      this.keys = this.keys.filter((key) => key.name !== name);
+      return "ok";
+    },
     "velvet.jog.step": ({ axis, mm, mm_per_min }) => {
       const refused = this.machine.moveBy(axis, mm, mm_per_min);
       if (refused) throw new Failure(400, refused);

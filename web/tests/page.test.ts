@@ -250,6 +250,8 @@ page("says what firmware runs, and goes back to the one from before", {}, async 
   await on.getByLabel("Name of the program that gets a key").fill("slicer");
   await on.getByRole("button", { name: "Make a key" }).click();
   await on.locator("code.key").waitFor();
+  await on.getByRole("button", { name: "Revoke the key of slicer" }).click();
+  await on.getByRole("button", { name: "Revoke the key of slicer" }).waitFor({ state: "detached" });
 });
 
 page("says a fault in words, with what to do, and unlocks", {}, async (on) => {

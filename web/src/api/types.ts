@@ -133,6 +133,8 @@ export interface StoreLine { message: string; time: number; type: "command" | "r
 export interface PathPiece { next: number; lost: boolean; points: number[][] }
 export interface PasswordStep { state: "confirm"; shown_on: string; expires_s: number }
 export interface AccessInfo { login_required: boolean; password_set: boolean; role: Role; default_source: string; available_sources: string[] }
+/** A program's key: shown once when it is made, then known by its name. */
+export interface ApiKey { name: string; role: Role }
 export interface User { username: string | null; source: string; created_on: number; role: Role }
 
 /** Parameters, result and role of each method: the table of docs/api.md. */
@@ -164,7 +166,9 @@ export interface Methods {
   "access.get_user": [Nothing, User];
   "access.login": [{ username: string; password: string }, { username: string; role: Role; action: string }];
   "access.logout": [Nothing, { username: string; action: string }];
-  "access.post_api_key": [{ name: string }, string];
+  "access.post_api_key": [{ name: string; role?: Role }, string];
+  "velvet.keys.list": [Nothing, { keys: ApiKey[] }];
+  "velvet.keys.revoke": [{ name: string }, Ok];
   "velvet.password.set": [{ password: string } | { code: string }, PasswordStep | Ok];
   "velvet.ask": [{ script: string }, Ok];
   "velvet.jog.step": [{ axis: Axis; mm: number; mm_per_min: number }, Ok];
@@ -185,7 +189,7 @@ export const ROLES: { [M in Method]: Role } = {
   "access.info": "Nobody",
   "access.login": "Nobody",
   "access.get_user": "Nobody",
-  "access.logout": "Watch",
+  "access.logout": "Nobody",
   "velvet.password.set": "Nobody",
   "server.info": "Watch",
   "printer.info": "Watch",
@@ -218,6 +222,8 @@ export const ROLES: { [M in Method]: Role } = {
   "server.files.delete_directory": "Own",
   "server.files.move": "Own",
   "access.post_api_key": "Own",
+  "velvet.keys.list": "Own",
+  "velvet.keys.revoke": "Own",
 };
 
 export interface Notifications {

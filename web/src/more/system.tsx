@@ -2,6 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { inquire } from "../api/inquire";
+import type { ApiKey, Role } from "../api/types";
 import { call, on } from "../api/link";
 import { Button, Card, Choice, Dialog, Empty } from "../shell/parts";
 import { duration, num } from "../shell/format";
@@ -66,28 +67,51 @@ function Updates() {
 
 const ROLES_TEXT = { Nobody: "may do nothing", Watch: "may watch, and halt the machine", Operate: "may work with the machine", Own: "may do everything" };
 
-function Access() {
+const KEY_ROLES: [Role, string][] = [["Watch", "watches"], ["Operate", "operates"], ["Own", "owns"]];
+
+function Keys() {
   const key = useSignal<string | null>(null);
-  const wantsPassword = useSignal(false);
+  const keys = useSignal<ApiKey[]>([]);
+  const load = () => void call("velvet.keys.list", {}).then((answer) => { keys.value = answer.keys; }).catch(() => undefined);
+  useEffect(load, []);
   const makeKey = async (event: Event) => {
     event.preventDefault();
     const form = event.currentTarget as HTMLFormElement;
-    key.value = await ask("access.post_api_key", { name: String(new FormData(form).get("name")) }) ?? null;
-    form.reset();
+    const given = new FormData(form);
+    key.value = await ask("access.post_api_key", { name: String(given.get("name")).trim(), role: String(given.get("role")) as Role }) ?? null;
+    if (key.value) form.reset();
+    load();
   };
   return (
-    <Card title="Access" aside={role.value !== "Own" ? <Button icon="user" onPress={() => { wantsLogin.value = true; }}>Log in</Button> : access.value?.password_set && <Button kind="plain" onPress={logout}>Log out</Button>}>
+    <>
+      {keys.value.map((one) => (
+        <div class="row between" key={one.name}>
+          <span><b>{one.name}</b> <span class="tag">{KEY_ROLES.find(([role]) => role === one.role)?.[1]}</span></span>
+          <Button kind="plain" label={`Revoke the key of ${one.name}`} onPress={async () => { await ask("velvet.keys.revoke", { name: one.name }); load(); }}>Revoke</Button>
+        </div>
+      ))}
+      <form class="row keyform" onSubmit={makeKey}>
+        <input type="text" name="name" placeholder="Name of a program" aria-label="Name of the program that gets a key" maxLength={24} required />
+        <select name="role" aria-label="What the program may do">
+          {KEY_ROLES.map(([role, text]) => <option key={role} value={role} selected={role === "Operate"}>{text}</option>)}
+        </select>
+        <Button submit>Make a key</Button>
+      </form>
+      {key.value && <div class="banner note"><div><b>The key is shown this once:</b><br /><code class="key">{key.value}</code></div><Button icon="cancel" kind="plain" label="Hide the key" onPress={() => { key.value = null; }} /></div>}
+    </>
+  );
+}
+
+function Access() {
+  const wantsPassword = useSignal(false);
+  const hasPassword = access.value?.password_set === true;
+  // The first password is anybody's to set who can read the code at the machine.
+  const maySet = isOwner.value || !hasPassword;
+  return (
+    <Card title="Access" aside={role.value !== "Own" ? hasPassword && <Button icon="user" onPress={() => { wantsLogin.value = true; }}>Log in</Button> : access.value?.password_set && <Button kind="plain" onPress={logout}>Log out</Button>}>
       <p>You {ROLES_TEXT[role.value]}.</p>
-      {isOwner.value && (
-        <>
-          <form class="row keyform" onSubmit={makeKey}>
-            <input type="text" name="name" placeholder="Name of a program" aria-label="Name of the program that gets a key" required />
-            <Button submit>Make a key</Button>
-          </form>
-          {key.value && <div class="banner note"><div><b>The key is shown this once:</b><br /><code class="key">{key.value}</code></div><Button icon="cancel" kind="plain" label="Hide the key" onPress={() => { key.value = null; }} /></div>}
-          <Button onPress={() => { wantsPassword.value = true; }}>{access.value?.password_set ? "Change the password" : "Set a password"}</Button>
-        </>
-      )}
+      {isOwner.value && <Keys />}
+      {maySet && <Button onPress={() => { wantsPassword.value = true; }}>{hasPassword ? "Change the password" : "Set a password"}</Button>}
       {wantsPassword.value && <Dialog title="Password" onClose={() => { wantsPassword.value = false; }}><PasswordForm onDone={() => { wantsPassword.value = false; }} /></Dialog>}
     </Card>
   );

@@ -43,6 +43,10 @@ export function PasswordForm({ onDone }: { onDone?: () => void }) {
         const answer = await call("velvet.password.set", { password });
         word.value = password;
         if (answer !== "ok") step.value = answer;
+        else {
+          error.value = await login("owner", password);
+          if (!error.value) onDone?.();
+        }
       } catch (refused) { error.value = (refused as Error).message; }
     }
   };
