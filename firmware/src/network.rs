@@ -135,7 +135,7 @@ struct Joined {
     ethernet: Ethernet,
     stack: net::Network,
     lines: [NetworkLine; LINES],
-    page: Page,
+    page: &'static mut Page,
     random: RandomWords,
     link: Option<Link>,
     /// Number of times that the link has come.
@@ -183,6 +183,13 @@ impl BoardNetwork {
         let services =
             Service::ALL.into_iter().filter_map(|service| Some((service, settings.port(service)?))).collect();
         let (memory, place) = (&raw mut MEMORY, &raw mut PLACE);
+        let without = match (config.password_required, config.watch_without_password) {
+            (false, _) => site::Role::Operate,
+            (true, true) => site::Role::Watch,
+            (true, false) => site::Role::Nobody,
+        };
+        // SAFETY: the hardware was taken, so this runs once.
+        let page = unsafe { Page::make(name.as_str(), without, config.web) };
         // SAFETY: the hardware was taken, so this runs once, and nothing else names the two statics; they are
         // cleared at the start.
         let joined = unsafe {
@@ -191,15 +198,7 @@ impl BoardNetwork {
                 ethernet,
                 stack,
                 lines: core::array::from_fn(NetworkLine::new),
-                page: Page::new(
-                    name.as_str(),
-                    match (config.password_required, config.watch_without_password) {
-                        (false, _) => site::Role::Operate,
-                        (true, true) => site::Role::Watch,
-                        (true, false) => site::Role::Nobody,
-                    },
-                    config.web,
-                ),
+                page,
                 random,
                 link: None,
                 links: 0,
@@ -361,7 +360,7 @@ impl Joined {
         let link = self.ethernet.supervise(now);
         self.links += u32::from(link.is_some() && self.link.is_none());
         self.link = link;
-        let mut peers = Peers { lines: &mut self.lines, streams: &mut Served { page: &mut self.page, card } };
+        let mut peers = Peers { lines: &mut self.lines, streams: &mut Served { page: self.page, card } };
         self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut peers);
         self.page.serve(&mut self.stack, &mut self.random);
         let is_busy = self.page.run(card);

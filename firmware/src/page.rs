@@ -1,5 +1,6 @@
 //! The page and its API: the site over the network's web connections, and its console of the machine.
 
+use core::mem::MaybeUninit;
 use core::net::Ipv4Addr;
 
 use base::ports::{KeysRecord, NetworkNews, Storage};
@@ -16,6 +17,10 @@ use crate::executor;
 
 /// Bytes that a connection holds of what came in.
 const STREAM_BYTES: usize = net::STREAM_BYTES;
+
+/// Place of the page in use.
+#[unsafe(link_section = ".axisram")]
+static mut PLACE: MaybeUninit<Page> = MaybeUninit::uninit();
 
 /// The page.
 pub struct Page {
@@ -42,12 +47,26 @@ enum NewPassword {
 impl Page {
     /// Makes the page of a board that has this name in the network. `without` is what visitors may do who
     /// have neither logged in nor a key. The page's console opens only where it is served.
-    pub fn new(host: &str, without: Role, is_served: bool) -> Self {
+    ///
+    /// Never inlined: the page is on the stack before it is at its place.
+    ///
+    /// # Safety
+    /// Call once.
+    #[inline(never)]
+    pub unsafe fn make(host: &str, without: Role, is_served: bool) -> &'static mut Self {
+        let place = &raw mut PLACE;
+        // SAFETY: the caller calls this once, and nothing else names the static.
+        let page = unsafe { (*place).write(Self::new(without, is_served)) };
+        page.set_host(host);
+        page
+    }
+
+    fn new(without: Role, is_served: bool) -> Self {
         let mut intake = Intake::new();
         if is_served {
             Console::Page.inbox().open(&mut intake);
         }
-        let site = Site::new(host, env!("VELVET_VERSION"), without);
+        let site = Site::new(env!("VELVET_VERSION"), without);
         Self { site, intake, rights: Rights::Watch, keys: None, password: NewPassword::Nothing }
     }
 

@@ -118,11 +118,11 @@ pub struct Site<const N: usize> {
 }
 
 impl<const N: usize> Site<N> {
-    /// Makes the site, without connections. `host` is the board's name in the network, without `.local`,
-    /// `without` is what visitors may do who have neither logged in nor a key.
+    /// Makes the site, without connections and without a name. `without` is what visitors may do who have
+    /// neither logged in nor a key.
     #[must_use]
-    pub fn new(host: &str, version: &'static str, without: Role) -> Self {
-        let mut site = Self {
+    pub fn new(version: &'static str, without: Role) -> Self {
+        Self {
             slots: [const { None }; N],
             seats: core::array::from_fn(|_| Seat::default()),
             access: Access::new(without),
@@ -141,9 +141,7 @@ impl<const N: usize> Site<N> {
             addresses: [[127, 0, 0, 1]; 2],
             version,
             stop: None,
-        };
-        site.set_host(host);
-        site
+        }
     }
 
     /// Sets the board's name in the network, without `.local`.

@@ -30,7 +30,8 @@ struct Desk {
 
 impl Desk {
     fn new(role: Role) -> Self {
-        let site = Site::new("velvet", "1.2.3", role);
+        let mut site = Site::new("1.2.3", role);
+        site.set_host("velvet");
         let mut desk = Self { site, card: Card::default(), now: 1_000, room: 1_460 };
         desk.site.show(&snapshot(), desk.now);
         desk
