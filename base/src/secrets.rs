@@ -13,6 +13,7 @@ pub const KEYS_PATH: &str = "/sd/netkeys";
 /// Returns whether a path is that of a secret, or of a companion that is there while one is replaced. The
 /// names belong to the machine in every folder, so no way of writing a path leads around this.
 #[must_use]
+#[inline(never)]
 pub fn is_secret(path: &str) -> bool {
     let name = stripped(path.trim_matches('"').rsplit(['/', '\\']).next().unwrap_or_default());
     [PASSWORD_PATH, KEYS_PATH].iter().filter_map(|path| path.rsplit('/').next()).any(|secret| {
@@ -25,6 +26,7 @@ pub fn is_secret(path: &str) -> bool {
 ///
 /// # Errors
 /// [`StorageError::Secret`], and those of the storage.
+#[inline(never)]
 pub fn open_to_show(storage: &mut impl Storage, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
     if is_secret(path) {
         return Err(StorageError::Secret);

@@ -28,8 +28,6 @@ pub struct Page {
     intake: Intake,
     /// Rights of the line that was handed over last.
     rights: Rights,
-    /// Keys of programs that are to be kept.
-    keys: Option<KeysRecord>,
     /// Progress of a password that a visitor has set.
     password: NewPassword,
 }
@@ -67,7 +65,7 @@ impl Page {
             Console::Page.inbox().open(&mut intake);
         }
         let site = Site::new(env!("VELVET_VERSION"), without);
-        Self { site, intake, rights: Rights::Watch, keys: None, password: NewPassword::Nothing }
+        Self { site, intake, rights: Rights::Watch, password: NewPassword::Nothing }
     }
 
     /// Returns the page's site.
@@ -167,8 +165,7 @@ impl Page {
         if self.password == NewPassword::Made {
             return Some(NetworkNews::NewPassword);
         }
-        self.keys = self.site.take_keys();
-        self.keys.as_ref().map(|_| NetworkNews::NewKeys)
+        self.site.has_keys_to_keep().then_some(NetworkNews::NewKeys)
     }
 
     /// Takes whether the record of a visitor's password is made and to be kept.
@@ -181,8 +178,8 @@ impl Page {
     }
 
     /// Takes the keys of programs that are to be kept.
-    pub const fn take_keys(&mut self) -> Option<KeysRecord> {
-        self.keys.take()
+    pub fn take_keys(&mut self) -> Option<KeysRecord> {
+        self.site.take_keys()
     }
 
     /// Sets the keys of programs, by their record.

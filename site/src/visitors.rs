@@ -278,6 +278,12 @@ impl<const N: usize> Site<N> {
         self.access.take_password()
     }
 
+    /// Returns whether the keys are to be kept: see [`Self::take_keys`].
+    #[must_use]
+    pub const fn has_keys_to_keep(&self) -> bool {
+        self.access.has_keys_to_keep()
+    }
+
     /// Takes the record of all keys, which is to be kept. The outcome comes to [`Self::hear_kept`].
     pub fn take_keys(&mut self) -> Option<KeysRecord> {
         self.access.take_keys()

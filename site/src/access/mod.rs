@@ -283,6 +283,12 @@ impl Access {
         self.word.take()
     }
 
+    /// Returns whether the keys are to be kept.
+    #[must_use]
+    pub const fn has_keys_to_keep(&self) -> bool {
+        self.are_keys_due
+    }
+
     /// Takes the record of all keys, if it is to be kept.
     pub fn take_keys(&mut self) -> Option<KeysRecord> {
         core::mem::take(&mut self.are_keys_due).then(|| self.keys.record())
