@@ -1,12 +1,10 @@
 //! A WebSocket's visitor: calls that come in, answers and notifications that go out.
 
-use base::ports::Storage;
 use base::snapshot::Snapshot;
 use heapless::Deque;
 
 use crate::calls::Reader;
 use crate::console::Console;
-use crate::files::{Files, Question, Visitor};
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::reply::{Content, Reply};
 
@@ -39,8 +37,6 @@ pub struct Client {
     pub heard: u32,
     /// State of the machine that was told last.
     pub klippy_state: &'static str,
-    /// Call about files that is carried out or answered: its paths stand in the reader.
-    pub question: Option<Question>,
     /// Number of the change of files that was told last.
     pub told_change: u32,
 }
@@ -60,7 +56,6 @@ impl Client {
             spoken: 0,
             heard,
             klippy_state,
-            question: None,
             told_change,
         }
     }
@@ -68,7 +63,7 @@ impl Client {
     /// Returns whether another call can be answered.
     #[must_use]
     pub fn has_room(&self) -> bool {
-        !self.replies.is_full() && self.question.is_none()
+        !self.replies.is_full()
     }
 
     /// Returns whether answers wait, or one is being sent.
@@ -81,19 +76,6 @@ impl Client {
     pub fn reply(&mut self, reply: Reply) {
         // Room was looked at, or the visitor misses an outcome while taking none of four answers.
         let _ = self.replies.push_back(reply);
-    }
-
-    /// Ends a call about files, done or not.
-    pub fn end_question(&mut self, visitor: Visitor, files: &mut Files, card: &mut impl Storage) {
-        (self.question, self.reader) = (None, None);
-        files.end_question(visitor, card);
-    }
-
-    /// Ends the reply that is out.
-    pub fn end_reply(&mut self, visitor: Visitor, files: &mut Files, card: &mut impl Storage) {
-        if self.sending.take().is_some_and(|reply| reply.answers_files()) {
-            self.end_question(visitor, files, card);
-        }
     }
 
     /// Takes the next answer. One to a script comes behind what the machine said to it.

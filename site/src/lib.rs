@@ -15,6 +15,7 @@ mod files;
 mod jog;
 mod objects;
 mod path;
+mod questions;
 mod remedies;
 mod reply;
 mod requests;

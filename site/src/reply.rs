@@ -58,8 +58,8 @@ pub enum Content {
     Beat,
     /// Notification without content, by its method.
     Notice(&'static str),
-    /// Answer to a call about files, whose parts somebody else tells.
-    Files,
+    /// Answer to the question of this number, about files, whose parts somebody else tells.
+    Files(u8),
     /// Notification: files have changed, which somebody else tells.
     FilesChanged,
 }
@@ -96,13 +96,13 @@ impl Reply {
     /// Returns whether files are what this tells of.
     #[must_use]
     pub const fn is_of_files(&self) -> bool {
-        matches!(self.content, Content::Files | Content::FilesChanged)
+        matches!(self.content, Content::Files(_) | Content::FilesChanged)
     }
 
-    /// Returns whether this is the answer to a call about files.
+    /// Returns the number of the question about files that is answered.
     #[must_use]
-    pub const fn answers_files(&self) -> bool {
-        matches!(self.content, Content::Files)
+    pub const fn question(&self) -> Option<u8> {
+        if let Content::Files(number) = self.content { Some(number) } else { None }
     }
 
     /// Makes the answer to a call of a WebSocket.
@@ -239,7 +239,7 @@ impl Tells<'_> {
             }
             Content::Notice(method) => begin_notification(method, json),
             Content::FilesChanged => begin_notification("notify_filelist_changed", json),
-            Content::Files => json.key("result"),
+            Content::Files(_) => json.key("result"),
             Content::Beat => {
                 begin_notification("notify_proc_stat_update", json);
                 json.begin_object();

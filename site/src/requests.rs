@@ -18,12 +18,13 @@ impl<const N: usize> Site<N> {
     /// Takes a request whose head is whole: the answer is begun, or due with the request's end.
     pub(crate) fn take_request(&mut self, place: u8, slot: &mut Slot, request: &Request<'_>, card: &mut impl Storage) {
         slot.pass = self.pass_of(request);
-        (slot.due, slot.work) = match self.begin(request, slot.pass, card) {
+        (slot.due, slot.work) = match self.begin(request, (place, slot.pass), card) {
             Begun::Answer(response, next) => (Some(response), next),
             Begun::Files(response, next) => {
                 slot.connection.allow_body(UPLOAD_BYTES);
                 (response, Work::Files(next))
             }
+            Begun::Asked(number) => (None, Work::Asked(Reply::answer(Content::Files(number)))),
             Begun::Stop => {
                 self.stop_at_once();
                 (Some(Response::json(Status::Ok)), Work::Answer(Reply::answer(Content::Done)))
@@ -44,7 +45,7 @@ impl<const N: usize> Site<N> {
     }
 
     /// Decides on a request whose head is whole.
-    fn begin(&mut self, request: &Request<'_>, pass: Pass, card: &mut impl Storage) -> Begun {
+    fn begin(&mut self, request: &Request<'_>, (place, pass): (u8, Pass), card: &mut impl Storage) -> Begun {
         let names = [self.host.as_str(), self.full_host.as_str(), "localhost"];
         let known = Known { names: &names, addresses: &self.addresses, origins: &[] };
         if let Err(status) = known.check(request) {
@@ -84,6 +85,7 @@ impl<const N: usize> Site<N> {
             Handler::PrinterInfo => json(Content::Printer),
             Handler::ListObjects => json(Content::Names),
             Handler::QueryObjects => json(Content::State(self.objects_of(request))),
+            Handler::Ask(ask) => self.begin_question(ask, place, request),
             Handler::Upload | Handler::File | Handler::RemoveFile | Handler::Page => {
                 self.begin_files(route.handler, (rest, role), request, card)
             }
@@ -105,6 +107,8 @@ pub(crate) enum Begun {
     Answer(Response, Work),
     /// The same about files; without a head it comes later.
     Files(Option<Response>, FileWork),
+    /// Question about files of this number, which is answered later.
+    Asked(u8),
     Refuse(Status, &'static str),
     /// The body has the parameters of this call.
     Call(Method),

@@ -3,6 +3,7 @@
 use http::{Content, Method, Role, Route, Routes};
 
 use crate::calls;
+use crate::files::Ask;
 
 /// Work of a route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,8 @@ pub enum Handler {
     Upload,
     File,
     RemoveFile,
+    /// Question about files, whose paths stand in the query.
+    Ask(Ask),
     /// A file of the page.
     Page,
 }
@@ -65,6 +68,9 @@ pub const ROUTES: Routes<Handler> = Routes(&[
         help: "put a file on the card",
         handler: Handler::Upload,
     },
+    get("/server/files/list", Role::Watch, "files of a folder", Handler::Ask(Ask::List)),
+    get("/server/files/directory", Role::Watch, "folder with its entries", Handler::Ask(Ask::Directory)),
+    get("/server/files/metadata", Role::Watch, "what a slicer has written into a file", Handler::Ask(Ask::Metadata)),
     get("/server/files/gcodes/*", Role::Watch, "a file of the card, or a picture out of one", Handler::File),
     Route {
         method: Method::Delete,

@@ -7,12 +7,13 @@ use http::{Connection, Request, Response, Role, Selection, Status};
 
 use crate::access::Pass;
 use crate::assets::{Asset, Counted};
-use crate::calls::codes;
+use crate::calls::{SCRIPT_BYTES, codes};
 use crate::client::Client;
-use crate::console::{Asker, Console, Listeners};
-use crate::files::{Change, FileBody, FileWork, Files, Stored, Telling, Visitor, may_want_card, write_item};
+use crate::console::{self, Console, Listeners};
+use crate::files::{Ask, Change, FileBody, FileWork, Files, Refusal, Stored, Visitor, may_want_card, write_item};
 use crate::objects::MAX_OBJECTS;
 use crate::path::Path;
+use crate::questions::{self, Asker, Questions};
 use crate::reply::{Content, Facts, Reply, ReplyBody};
 use crate::requests::Begun;
 use crate::routes::Handler;
@@ -67,6 +68,7 @@ impl<const N: usize> Site<N> {
                 .map(|()| Begun::Answer(Response::json(Status::Ok), Work::Answer(Reply::answer(Content::Done)))),
             Handler::Page
             | Handler::Socket
+            | Handler::Ask(_)
             | Handler::ServerInfo
             | Handler::PrinterInfo
             | Handler::ListObjects
@@ -75,6 +77,17 @@ impl<const N: usize> Site<N> {
             | Handler::Call(_) => return self.begin_page(request, card),
         };
         begun.unwrap_or_else(|refusal| Begun::Refuse(refusal.status, refusal.message))
+    }
+
+    /// Begins with a question about files, whose path stands in the query.
+    pub(crate) fn begin_question(&mut self, ask: Ask, place: u8, request: &Request<'_>) -> Begun {
+        let mut room = [0; SCRIPT_BYTES];
+        // A value that is no text is taken for none.
+        let named =
+            ["path", "root", "filename"].into_iter().find(|name| request.query.value(name, &mut room).is_some());
+        let text = named.and_then(|name| request.query.value(name, &mut room)).unwrap_or_default();
+        let asked = self.questions.ask(Asker::Connection(place), ask, text, None);
+        asked.map_or(Begun::Refuse(Status::ServiceUnavailable, questions::FULL), Begun::Asked)
     }
 
     /// Begins to send a file of the page: of the user's own, if he has one, but for names that the board's
@@ -112,15 +125,41 @@ impl<const N: usize> Site<N> {
                 }
             }
         }
-        let Self { seats, files, access, slots, .. } = self;
-        for (place, seat) in seats.iter_mut().enumerate() {
-            let role = access.role(seat.pass);
-            if let Some(client) = &mut seat.client {
-                is_busy |= go_on_for(client, (Visitor::Seat(place as u8), role), files, now_ms, card);
-            }
+        is_busy |= self.go_on_with_calls(now_ms, card);
+        let Self { files, slots, .. } = self;
+        if is_busy {
+            // What an upload has written need not wait for the machine to go round.
+            card.let_go();
         }
         let is_used = slots.iter().any(Option::is_some);
         files.clear(now_ms, card) || is_used && files.run(now_ms, card) || is_busy
+    }
+
+    /// Goes on with visitors' calls about files. Returns whether there is more to do soon.
+    fn go_on_with_calls(&mut self, now_ms: u64, card: &mut impl Storage) -> bool {
+        let Self { seats, files, questions, access, .. } = self;
+        let mut is_busy = false;
+        for (number, seat) in questions.seats() {
+            is_busy = true;
+            let Some(Seat { client: Some(client), pass, .. }) = seats.get_mut(usize::from(seat)) else { continue };
+            if !client.has_room() {
+                continue;
+            }
+            let Some(done) = questions.go_on(number, access.role(*pass), files, card, now_ms) else { continue };
+            let id = questions.id(number);
+            let content = match done {
+                Ok(()) => Content::Files(number),
+                Err(Refusal { status: Status::BadRequest, message }) => Content::Error(codes::PARAMETERS, message),
+                Err(Refusal { status, message }) => Content::Error(i32::from(status.code()), message),
+            };
+            if done.is_err() || id.is_none() {
+                questions.end(number, files, card);
+            }
+            if id.is_some() {
+                client.reply(Reply::message(id, content));
+            }
+        }
+        is_busy
     }
 
     /// Goes on with a connection's work on files. Returns whether there is more to do soon.
@@ -146,44 +185,67 @@ impl<const N: usize> Site<N> {
                 true
             }
             Work::Files(FileWork::Find(_)) => {
-                let Work::Files(FileWork::Find(mut picture)) = core::mem::replace(work, Work::Nothing) else {
-                    return false;
-                };
-                let found = match self.files.has_card(Visitor::Connection(place), now_ms, card) {
-                    true => picture.find(card),
-                    false => None,
-                };
-                match found {
-                    None => *work = Work::Files(FileWork::Find(picture)),
-                    Some(true) => {
-                        let mut response = Response::json(Status::Ok);
-                        response.content_type = picture.content_type();
-                        connection.respond(response);
-                        *work = Work::Files(FileWork::Picture(picture));
-                    }
-                    Some(false) => {
-                        connection.respond_error(Response::new(Status::NotFound), "the file has no such picture");
-                        self.files.end(FileWork::Find(picture), place, card);
+                self.look_for_picture(slot, place, now_ms, card);
+                true
+            }
+            Work::Files(FileWork::Stored(..) | FileWork::Read(_) | FileWork::Picture(_)) => true,
+            Work::Asked(reply) => {
+                let number = reply.question().unwrap_or_default();
+                let role = self.access.role(*pass);
+                match self.questions.go_on(number, role, &mut self.files, card, now_ms) {
+                    None => {}
+                    Some(Ok(())) => connection.respond(Response::json(Status::Ok)),
+                    Some(Err(refusal)) => {
+                        connection.respond_error(Response::new(refusal.status), refusal.message);
+                        self.questions.end(number, &mut self.files, card);
+                        *work = Work::Nothing;
                     }
                 }
                 true
             }
-            Work::Files(FileWork::Stored(..) | FileWork::Read(_) | FileWork::Picture(_)) => true,
             Work::Nothing | Work::Call | Work::Waiting | Work::Page(_) | Work::Answer(_) | Work::Socket(_) => false,
+        }
+    }
+
+    /// Goes on to look for a picture, and begins to answer when it is found, or is not there.
+    fn look_for_picture(&mut self, slot: &mut Slot, place: u8, now_ms: u64, card: &mut impl Storage) {
+        let Slot { connection, work, .. } = slot;
+        let Work::Files(FileWork::Find(mut picture)) = core::mem::replace(work, Work::Nothing) else {
+            return;
+        };
+        let found = match self.files.has_card(Visitor::Connection(place), now_ms, card) {
+            true => picture.find(card),
+            false => None,
+        };
+        match found {
+            None => *work = Work::Files(FileWork::Find(picture)),
+            Some(true) => {
+                let mut response = Response::json(Status::Ok);
+                response.content_type = picture.content_type();
+                connection.respond(response);
+                *work = Work::Files(FileWork::Picture(picture));
+            }
+            Some(false) => {
+                connection.respond_error(Response::new(Status::NotFound), "the file has no such picture");
+                self.files.end(FileWork::Find(picture), place, card);
+            }
         }
     }
 
     /// Has the machine play an upload. False if it has lines enough.
     fn play(&mut self, number: u8, pass: Pass) -> bool {
         use core::fmt::Write as _;
-        let mut line = heapless::String::<{ crate::calls::SCRIPT_BYTES }>::new();
+        let mut line = heapless::String::<SCRIPT_BYTES>::new();
         let written = write!(line, "play \"{}\"", self.files.path_of(number));
-        written.is_ok() && self.console.take(Asker { place: NOBODY, visit: 0 }, pass, None, &line, Listeners::All)
+        let nobody = console::Asker { place: NOBODY, visit: 0 };
+        written.is_ok() && self.console.take(nobody, pass, None, &line, Listeners::All)
     }
 
     /// Writes what is to be sent on a connection. Returns how many bytes.
     pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
-        let Self { slots, seats, access, console, files, path, snapshot, hashes, number, host, version, .. } = self;
+        let Self {
+            slots, seats, access, console, files, questions, path, snapshot, hashes, number, host, version, ..
+        } = self;
         let facts = Facts { host, version, access };
         let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
         let Slot { connection, work, due, .. } = slot;
@@ -211,6 +273,19 @@ impl<const N: usize> Site<N> {
                 }
                 written
             }
+            Work::Asked(reply) => {
+                let number = reply.question().unwrap_or_default();
+                let mut teller =
+                    |part: u32, json: &mut Writer<'_, '_>| questions.write(number, part, files, card, now_ms, json);
+                let teller = Some(&mut teller as _);
+                let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms, teller };
+                let written = connection.transmit(room, &mut body, now_ms);
+                if !connection.is_sending() && questions.is_answered(number) {
+                    questions.end(number, files, card);
+                    *work = Work::Nothing;
+                }
+                written
+            }
             Work::Socket(seat) => {
                 let Some(Seat { client: Some(client), pass, .. }) = seats.get_mut(usize::from(*seat)) else { return 0 };
                 let may_watch = access.role(*pass) >= Role::Watch;
@@ -218,7 +293,7 @@ impl<const N: usize> Site<N> {
                     // The page connects anew, as who it is now.
                     connection.close(http::codes::POLICY);
                 }
-                let mut talk = Talk { client, visitor: Visitor::Seat(*seat), files, card };
+                let mut talk = Talk { client, questions, files, card };
                 let machine = Machine { may_watch, console, path, snapshot, hashes, number: *number, facts, now_ms };
                 talk.go_on(connection, &machine, room)
             }
@@ -242,7 +317,7 @@ struct Machine<'m> {
 /// Talk with a visitor of a WebSocket.
 struct Talk<'t, S> {
     client: &'t mut Client,
-    visitor: Visitor,
+    questions: &'t mut Questions,
     files: &'t mut Files,
     card: &'t mut S,
 }
@@ -253,8 +328,10 @@ impl<S: Storage> Talk<'_, S> {
         let mut used = 0;
         loop {
             if !connection.is_sending() {
-                let Self { client, visitor, files, card } = self;
-                client.end_reply(*visitor, files, *card);
+                let Self { client, questions, files, card } = self;
+                if let Some(number) = client.sending.take().and_then(|reply| reply.question()) {
+                    questions.end(number, files, *card);
+                }
                 let Machine { may_watch, console, snapshot, hashes, number, .. } = *machine;
                 client.sending = client.next_message(may_watch, console, snapshot, hashes, number, files.change.number);
                 if client.sending.is_none() || !connection.send(http::Kind::Text) {
@@ -272,15 +349,12 @@ impl<S: Storage> Talk<'_, S> {
     /// Writes a piece of the message that is being sent.
     fn send(&mut self, connection: &mut Connection, machine: &Machine<'_>, room: &mut [u8]) -> usize {
         let Machine { console, path, snapshot, facts, now_ms, .. } = *machine;
-        let Self { client: Client { sending, question, reader, .. }, visitor, files, card } = self;
+        let Self { client: Client { sending, .. }, questions, files, card } = self;
         let Some(reply) = sending else { return connection.transmit(room, &mut http::Empty, now_ms) };
-        let (answers, tells, visitor) = (reply.answers_files(), reply.is_of_files(), *visitor);
-        let mut teller = |part: u32, json: &mut Writer<'_, '_>| match (question.as_mut(), &reader) {
-            (Some(question), Some(reader)) if answers => {
-                let text = &reader.text;
-                Telling { question, text, visitor, files, card: *card, now_ms }.write(part, json)
-            }
-            _ => tell_change(&files.change, json),
+        let (question, tells) = (reply.question(), reply.is_of_files());
+        let mut teller = |part: u32, json: &mut Writer<'_, '_>| match question {
+            Some(number) => questions.write(number, part, files, *card, now_ms, json),
+            None => tell_change(&files.change, json),
         };
         let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms, teller: None };
         if tells {
@@ -299,39 +373,4 @@ fn tell_change(change: &Change, json: &mut Writer<'_, '_>) -> Next {
     write_item(change.shown(), json);
     json.end_object();
     Next::End
-}
-
-/// Goes on with a visitor's call about files. Returns whether there is more to do soon.
-fn go_on_for(
-    client: &mut Client,
-    visitor: (Visitor, Role),
-    files: &mut Files,
-    now_ms: u64,
-    card: &mut impl Storage,
-) -> bool {
-    let (Some(question), Some(reader)) = (&mut client.question, &mut client.reader) else { return false };
-    if question.is_answered {
-        return true;
-    }
-    let Some(done) = question.go_on(visitor, &mut reader.text, files, card, now_ms) else { return true };
-    let id = reader.id.clone();
-    let wants_answer = id.is_some();
-    question.is_answered = done.is_ok() && wants_answer;
-    let content = match done {
-        Ok(()) => Content::Files,
-        Err(refusal) => Content::Error(
-            match refusal.status {
-                Status::BadRequest => codes::PARAMETERS,
-                status => i32::from(status.code()),
-            },
-            refusal.message,
-        ),
-    };
-    if !question.is_answered {
-        client.end_question(visitor.0, files, card);
-    }
-    if wants_answer {
-        client.reply(Reply::message(id, content));
-    }
-    true
 }

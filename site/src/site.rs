@@ -12,10 +12,11 @@ use crate::access::{Access, Pass, Target, Visitor};
 use crate::calls::{Call, Method, Reader, SCRIPT_BYTES, codes};
 use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
-use crate::files::{self, FileWork, Files, Question};
+use crate::files::{FileWork, Files};
 use crate::jog::{JOG_PLACE, Jogs};
 use crate::objects::{self, MAX_OBJECTS};
 use crate::path::Path;
+use crate::questions::{self, Questions};
 use crate::reply::{Content, Reply};
 use crate::script;
 use crate::visitors::forbidden;
@@ -45,6 +46,8 @@ pub(crate) enum Work {
     /// WebSocket of this client.
     Socket(u8),
     Files(FileWork),
+    /// Answer to a question about files that is asked over HTTP.
+    Asked(Reply),
 }
 
 /// A connection and its work.
@@ -101,6 +104,7 @@ pub struct Site<const N: usize> {
     pub(crate) now_ms: u64,
     pub(crate) console: Console,
     pub(crate) files: Files,
+    pub(crate) questions: Questions,
     jogs: Jogs,
     pub(crate) path: Path,
     pub(crate) snapshot: Snapshot,
@@ -130,6 +134,7 @@ impl<const N: usize> Site<N> {
             now_ms: 0,
             console: Console::new(),
             files: Files::default(),
+            questions: Questions::default(),
             jogs: Jogs::new(),
             path: Path::new(),
             snapshot: Snapshot::default(),
@@ -255,6 +260,7 @@ impl<const N: usize> Site<N> {
             Work::Waiting => self.access.forget(|target| matches!(target, Target::Request(of) if *of == place)),
             Work::Socket(seat) => self.leave(seat, card),
             Work::Files(work) => self.files.end(work, place, card),
+            Work::Asked(_) => self.questions.leave(questions::Asker::Connection(place), &mut self.files, card),
         }
     }
 
@@ -276,7 +282,7 @@ impl<const N: usize> Site<N> {
     pub(crate) fn leave(&mut self, seat: u8, card: &mut impl Storage) {
         let asker = self.asker(seat);
         self.jogs.leave(asker);
-        self.files.end_question(files::Visitor::Seat(seat), card);
+        self.questions.leave(questions::Asker::Seat(seat), &mut self.files, card);
         self.access.first.forget(asker);
         self.access.forget(|target| matches!(target, Target::Call(of, _) if *of == asker));
         if let Some(seat) = self.seats.get_mut(usize::from(seat)) {
@@ -381,13 +387,6 @@ impl<const N: usize> Site<N> {
         let Some(seat) = self.seats.get(usize::from(place)) else { return };
         let (asker, pass, from) = (Asker { place, visit: seat.visit }, seat.pass, seat.from);
         let read = reader.end();
-        if let Ok(Call { method: Method::Files(ask), .. }) = &read
-            && self.access.role(pass) >= Method::Files(*ask).least_role()
-            && let Some(client) = self.client(asker)
-        {
-            (client.question, client.reader) = (Some(Question::new(*ask)), Some(reader));
-            return;
-        }
         let is_notification = reader.id.is_none() && !matches!(read, Err((codes::PARSE | codes::INVALID, _)));
         let target = Target::Call(asker, reader.id.clone());
         let content = match read {
@@ -432,6 +431,10 @@ impl<const N: usize> Site<N> {
             }
             Method::JogStart | Method::JogBeat | Method::JogStop => {
                 return Some(self.jog(asker, call, &reader.text, now_ms));
+            }
+            Method::Files(ask) => {
+                let asked = self.questions.ask(questions::Asker::Seat(asker.place), ask, &reader.text, id);
+                return asked.is_none().then_some(Content::Error(codes::BUSY, questions::FULL));
             }
             _ => script::of(call, &reader.text),
         };

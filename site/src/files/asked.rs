@@ -14,7 +14,7 @@ use super::{Files, LIST_PATIENCE_MS, Visitor};
 use crate::calls::SCRIPT_BYTES;
 
 /// Paths of a call, then those on the card.
-type Text = String<SCRIPT_BYTES>;
+pub type Text = String<SCRIPT_BYTES>;
 
 /// Marks of the parameters in the text of a call that has several.
 pub const SOURCE: char = '\u{1}';

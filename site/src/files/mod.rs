@@ -25,7 +25,8 @@ use metadata::Scan;
 use turn::Turn;
 use upload::Upload;
 
-pub use asked::{Ask, Question, SOURCE, TARGET, Telling, write_item};
+pub use asked::{Ask, Question, SOURCE, TARGET, Telling, Text, write_item};
+pub use refusal::Refusal;
 pub use work::{FileBody, FileWork, Stored, may_want_card};
 
 /// Time after which a visitor who does not go on loses his turn, milliseconds: at the card, and with a folder
@@ -33,13 +34,13 @@ pub use work::{FileBody, FileWork, Stored, may_want_card};
 const CARD_PATIENCE_MS: u32 = 100;
 const LIST_PATIENCE_MS: u32 = 2_000;
 
-/// Visitor who asks for the card: a connection, or one of a WebSocket.
+/// Who asks for the card: a connection, or a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visitor {
     /// Connection at this place.
     Connection(u8),
-    /// Visitor of a WebSocket, at this seat.
-    Seat(u8),
+    /// Question of this number.
+    Question(u8),
     /// The site itself.
     Site,
 }
@@ -48,7 +49,7 @@ impl Visitor {
     const fn number(self) -> u8 {
         match self {
             Self::Connection(place) => place,
-            Self::Seat(seat) => 0x40 | seat,
+            Self::Question(number) => 0x40 | number,
             Self::Site => 0x80,
         }
     }

@@ -308,6 +308,31 @@ fn folders_are_listed_changed_and_told_of() {
 }
 
 #[test]
+fn lists_are_told_over_http_as_well() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.card.put("/sd/a b.gcode", b"; layer_height = 0.2\n");
+    desk.open(0);
+    for (path, words) in [
+        ("list?root=gcodes", r#"{"result":[{"path":"a b.gcode","size":21"#),
+        ("directory?path=gcodes", r#"{"result":{"dirs":[],"files":[{"filename":"a b.gcode""#),
+        ("metadata?filename=a%20b.gcode", r#""layer_height":0.2"#),
+        ("metadata?filename=none", r#""code":404"#),
+        ("metadata", r#""code":40"#),
+        ("list?root=config", r#""code":404"#),
+    ] {
+        let (mut heard, one) = (desk.get(0, &format!("/server/files/{path}")), desk.site.life(0, desk.now));
+        desk.run();
+        heard += &String::from_utf8_lossy(&desk.hear(0));
+        assert!(heard.contains(words), "{path}: {heard}");
+        if heard.contains("Connection: close") || one != Life::Open {
+            desk.site.close(0, &mut desk.card);
+            desk.open(0);
+        }
+    }
+    assert_eq!(desk.card.open_files(), 0);
+}
+
+#[test]
 fn a_folder_of_many_files_is_told_piece_by_piece() {
     let mut desk = Desk::new(Role::Watch);
     for number in 0..300 {
@@ -417,4 +442,37 @@ fn a_page_of_the_users_own_takes_the_place_of_the_boards_which_stays_in_reach() 
     assert!(desk.get(0, "/?builtin").contains("Content-Encoding: gzip"));
     assert!(desk.get(0, "/none.js").starts_with("HTTP/1.1 404 "));
     assert!(desk.get(0, "/server/files/gcodes/a.g").starts_with("HTTP/1.1 401 "));
+}
+
+#[test]
+fn a_stop_waits_for_no_list() {
+    let mut desk = Desk::new(Role::Own);
+    for number in 0..200 {
+        desk.card.put(&format!("/sd/{number:03}.gcode"), b"G1");
+    }
+    (0..3).for_each(|place| drop(desk.upgrade(place)));
+    desk.room = 100;
+    let list = r#"{"jsonrpc":"2.0","method":"server.files.get_directory","params":{"path":"gcodes"},"id":7}"#;
+    let mut waiting = frame(&list.replace("7}", "1}"));
+    for id in ["2}", "3}", "4}"] {
+        waiting.extend(frame(&list.replace("7}", id)));
+    }
+    waiting.extend(frame(r#"{"jsonrpc":"2.0","method":"printer.emergency_stop","id":9}"#));
+    while !waiting.is_empty() {
+        let used = desk.site.receive(0, &mut waiting, desk.now, &mut desk.card);
+        assert!(used > 0, "the stop waits");
+        waiting.drain(..used);
+    }
+    assert!(desk.site.take_stop().is_some());
+    desk.room = 1_460;
+    let mut heard = Vec::new();
+    for _ in 0..50 {
+        desk.run();
+        heard.extend(desk.hear(0));
+    }
+    let told = messages(&heard);
+    let answers = told.iter().filter(|told| told.matches("filename").count() == 200).count();
+    let refused = told.iter().filter(|told| told.contains(r#""code":503"#)).count();
+    assert_eq!((answers, refused), (3, 1), "three at a time");
+    assert!(desk.ask(1, "server.files.list", r#""root":"gcodes""#).contains("199.gcode"), "there is room again");
 }
