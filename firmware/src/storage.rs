@@ -179,6 +179,18 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
         })
     }
 
+    fn has_room(&mut self, blocks: usize) -> bool {
+        self.0.lock(|card| card.room() >= blocks)
+    }
+
+    fn let_go(&mut self) {
+        let now = time::now().0;
+        self.0.lock(|card| {
+            card.hold(false);
+            card.advance(now);
+        });
+    }
+
     fn unfollow(&mut self) {
         self.0.lock(|card| card.unfollow());
     }

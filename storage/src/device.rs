@@ -81,6 +81,14 @@ pub trait Card {
         false
     }
 
+    /// Whether there is room for so many writes, though the card may be at work.
+    fn has_room(&mut self, _blocks: usize) -> bool {
+        true
+    }
+
+    /// Lets held writes go, and begins with them.
+    fn let_go(&mut self) {}
+
     /// Stops all reading ahead.
     fn unfollow(&mut self) {}
 

@@ -17,6 +17,7 @@ use crate::sdmmc_device::{MAX_FILES, SdmmcDevice};
 use crate::write_buffer::{Gathered, Written};
 
 use listing::{Listed, facts_of, listed};
+use opening::reader_of;
 
 mod listing;
 mod opening;
@@ -409,6 +410,14 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         self.card(|card| card.is_ready(READY_ROOM))
     }
 
+    fn can_write_on(&mut self, file: FileHandle, bytes: usize) -> bool {
+        self.has_room_for(file, bytes)
+    }
+
+    fn let_go(&mut self) {
+        self.card(C::let_go);
+    }
+
     fn between_steps(&mut self) {
         self.card(C::between_steps);
     }
@@ -471,19 +480,6 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
             let to = to?;
             storage.change(|volume, device| volume.rename(device, &entry, to))
         })
-    }
-}
-
-/// A file that is only read, beside or not.
-fn reader_of<'a>(
-    open: &'a mut Vec<Open, MAX_FILES>,
-    readers: &'a mut Readers,
-    file: FileHandle,
-) -> Option<&'a mut Reader> {
-    match open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content) {
-        Some(Content::Read(reader)) => Some(reader),
-        Some(Content::Written(_)) => None,
-        None => readers.get(file),
     }
 }
 

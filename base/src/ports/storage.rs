@@ -10,9 +10,7 @@ pub const NAME_BYTES: usize = 765;
 /// Greatest number of directory entries that one [`Storage::list`] call returns. Each takes 800 bytes.
 pub const LIST_CHUNK: usize = 4;
 
-/// Handle of an open file. The board decides how many can be open at once: five suffice for the machine, two
-/// are for uploads over the network. Twelve more are open beside ([`OpenMode::Beside`]): four for the
-/// machine, one for each connection of the web.
+/// Handle of an open file: the board has seven at once, and twelve beside ([`OpenMode::Beside`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileHandle(pub u8);
 
@@ -337,6 +335,14 @@ pub trait Storage {
     fn is_kept(&mut self) -> Result<bool, StorageError> {
         Ok(true)
     }
+
+    /// Returns whether to write so many bytes behind what was written takes no waiting, though others wait.
+    fn can_write_on(&mut self, _file: FileHandle, _bytes: usize) -> bool {
+        false
+    }
+
+    /// Lets what was written go to the card now, as nothing of the same change follows.
+    fn let_go(&mut self) {}
 
     /// Returns data of the card; none without one, or where nothing is known of it.
     fn card_facts(&mut self) -> Option<CardFacts> {

@@ -194,6 +194,11 @@ impl Upload {
         come.checked_sub(missing).map_or(0, |more| missing + more / BLOCK * BLOCK)
     }
 
+    /// Returns whether so many bytes can be taken though the card is not at rest.
+    pub fn writes_on(&self, bytes: usize, card: &mut impl Storage) -> bool {
+        self.written.file.is_some_and(|file| card.can_write_on(file, bytes))
+    }
+
     /// Takes bytes of the form, when the card is at rest. `place` is the number of the upload.
     ///
     /// # Errors

@@ -120,7 +120,8 @@ impl Files {
         let FileWork::Upload(number) = work else { return Some(come) };
         let Some(Some(upload)) = self.uploads.get(usize::from(*number)).filter(|_| come > 0) else { return Some(come) };
         let most = upload.takes(come, body_left);
-        (most > 0 && self.has_card(Visitor::Connection(place), now_ms, card)).then_some(most)
+        let writes_on = most > 0 && upload.writes_on(most, card);
+        (writes_on || most > 0 && self.has_card(Visitor::Connection(place), now_ms, card)).then_some(most)
     }
 
     /// Takes a piece of an upload's form.

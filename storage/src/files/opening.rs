@@ -4,14 +4,14 @@ use base::ports::{FileHandle, OpenMode, StorageError};
 use card::fat::{Attributes, Entry, Name, Place};
 use card::volume::{FileReader, Listing, find_file};
 use embedded_sdmmc::{Mode, RawDirectory, RawFile, ShortFileName, TimeSource};
-use heapless::String;
+use heapless::{String, Vec};
 
 use super::listing::Listed;
-use super::{CardStorage, inside};
+use super::{CardStorage, Content, Open, inside};
 use crate::device::Card;
 use crate::errors::of_content;
-use crate::readers::Reader;
-use crate::sdmmc_device::SHIFT;
+use crate::readers::{Reader, Readers};
+use crate::sdmmc_device::{MAX_FILES, SHIFT};
 
 impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     /// The entry of a path, which no open file may have.
@@ -143,5 +143,18 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         let path = String::try_from(path).map_err(|_| StorageError::BadPath)?;
         *self.listed = Some(Listed { path, places });
         Ok(())
+    }
+}
+
+/// A file that is only read, beside or not.
+pub(super) fn reader_of<'a>(
+    open: &'a mut Vec<Open, MAX_FILES>,
+    readers: &'a mut Readers,
+    file: FileHandle,
+) -> Option<&'a mut Reader> {
+    match open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content) {
+        Some(Content::Read(reader)) => Some(reader),
+        Some(Content::Written(_)) => None,
+        None => readers.get(file),
     }
 }

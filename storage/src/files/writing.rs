@@ -62,6 +62,19 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         Ok(())
     }
 
+    /// Whether so many bytes lie in the cluster that is written, and have room among what waits: then nothing
+    /// is read for them.
+    pub(super) fn has_room_for(&mut self, file: FileHandle, bytes: usize) -> bool {
+        let gathered = self.gathered.of(file).len();
+        let Ok(raw) = self.written_or_none(file) else { return false };
+        let Ok(offset) = self.manager.file_offset(raw) else { return false };
+        let Ok(cluster) = self.names(|volume, _| Ok(volume.cluster_bytes() as usize)) else { return false };
+        let in_cluster = offset as usize % cluster;
+        let fits = in_cluster > 0 && in_cluster + gathered + bytes <= cluster;
+        // The last block of them may be written twice.
+        fits && self.card(|card| card.has_room(bytes.div_ceil(512) + 1))
+    }
+
     pub(super) fn close_content(&mut self, open: &Open) -> Result<(), StorageError> {
         let Content::Written(written) = &open.content else { return Ok(()) };
         let rest = self.gathered.of(open.handle);
