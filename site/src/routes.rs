@@ -101,13 +101,16 @@ mod tests {
     /// What each role may ask, written once more: a row that is changed or added has to be decided on here.
     #[test]
     fn each_role_may_ask_for_what_is_written_here() {
-        const LEAST: [(Method, &str, Role); 15] = [
+        const LEAST: [(Method, &str, Role); 18] = [
             (Method::Get, "/websocket", Role::Nobody),
             (Method::Get, "/server/info", Role::Watch),
             (Method::Get, "/printer/info", Role::Watch),
             (Method::Get, "/printer/objects/list", Role::Watch),
             (Method::Get, "/printer/objects/query", Role::Watch),
             (Method::Post, "/printer/emergency_stop", Role::Watch),
+            (Method::Get, "/server/files/list", Role::Watch),
+            (Method::Get, "/server/files/directory", Role::Watch),
+            (Method::Get, "/server/files/metadata", Role::Watch),
             (Method::Post, "/server/files/upload", Role::Operate),
             (Method::Get, "/server/files/gcodes/*", Role::Watch),
             (Method::Delete, "/server/files/gcodes/*", Role::Own),

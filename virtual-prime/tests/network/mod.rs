@@ -9,6 +9,7 @@ mod motion;
 mod page;
 mod path;
 mod storms;
+mod uploads;
 
 use virtual_prime::net_desk::peer::{Connection, Peer};
 

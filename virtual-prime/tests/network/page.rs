@@ -6,7 +6,7 @@ use virtual_prime::net_desk::peer::Connection;
 
 pub(super) const OPEN: &str = "[network] password_required = false";
 pub(super) const PAGE: &str = "[network] webserver_enable = true";
-const PORT: u16 = 80;
+pub(super) const PORT: u16 = 80;
 
 /// Asks for a path. Returns the answer's head and body as text, with what is no text replaced.
 fn get(net: &mut Net, path: &str) -> String {
