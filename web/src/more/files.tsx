@@ -19,10 +19,24 @@ const isJob = (name: string) => /\.(gcode|gco|g|ngc|nc|tap)$/i.test(name);
 /** Pictures and figures of files, kept while the page is open. */
 const known = new Map<string, Metadata>();
 
+/** How often a question is asked again that the board has no room for, and how long after, ms. */
+const AGAIN = 5;
+const REST = 300;
+async function patiently<T>(question: () => Promise<T>): Promise<T> {
+  for (let again = AGAIN; ; again--) {
+    try {
+      return await question();
+    } catch (error) {
+      if ((error as { code?: number }).code !== 503 || !again) throw error;
+      await new Promise((done) => { setTimeout(done, REST); });
+    }
+  }
+}
+
 /** One question at a time: the board reads a file's head and tail for each, and has other things to do. */
 let lastQuestion: Promise<unknown> = Promise.resolve();
 function metadataOf(path: string, isWanted: () => boolean): Promise<Metadata | undefined> {
-  const mine = lastQuestion.then(() => (isWanted() ? call("server.files.metadata", { filename: path }) : undefined)).catch(() => undefined);
+  const mine = lastQuestion.then(() => (isWanted() ? patiently(() => call("server.files.metadata", { filename: path })) : undefined)).catch(() => undefined);
   lastQuestion = mine;
   return mine;
 }
@@ -187,7 +201,10 @@ export function FilesView() {
   const over = useSignal(false);
   const newFolder = useSignal(false);
   const picker = useRef<HTMLInputElement>(null);
-  const load = async () => { listing.value = await ask("server.files.get_directory", { path: `gcodes${folder.peek() ? `/${folder.peek()}` : ""}` }) ?? listing.peek(); };
+  const load = async () => {
+    const path = `gcodes${folder.peek() ? `/${folder.peek()}` : ""}`;
+    await patiently(() => call("server.files.get_directory", { path })).then((found) => { listing.value = found; }).catch((error: Error) => say("error", error.message));
+  };
   const enter = (to: string) => { folder.value = to; listing.value = null; void load(); };
   useEffect(() => { void load(); return on("notify_filelist_changed", () => void load()); }, []);
   const removeFolder = async () => { if (await ask("server.files.delete_directory", { path: `gcodes/${folder.peek()}`, force: true })) enter(folder.peek().split("/").slice(0, -1).join("/")); };
