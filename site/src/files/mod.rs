@@ -79,7 +79,9 @@ impl Change {
 struct Space {
     count: FreeSpace,
     is_counting: bool,
-    /// Free and whole space, bytes.
+    /// Whether files have changed since the count began.
+    is_stale: bool,
+    /// Free and whole space as counted last, bytes.
     known: Option<(u64, u64)>,
 }
 
@@ -116,7 +118,7 @@ impl Files {
     fn note(&mut self, action: &'static str, path: &str) {
         let number = self.change.number.wrapping_add(1);
         self.change = Change { action, path: Path::try_from(path).unwrap_or_default(), number };
-        self.space.known = None;
+        self.space.is_stale = true;
     }
 
     /// Does the site's own work on files: clears away what a power cut has left of uploads, and counts the
@@ -132,9 +134,10 @@ impl Files {
                 let _ = keeping::recover(place, card);
             }
             self.is_clear = true;
+            self.want_space();
             return true;
         }
-        let Space { count, is_counting, known } = &mut self.space;
+        let Space { count, is_counting, known, .. } = &mut self.space;
         match card.count_free(count) {
             Ok(false) => {}
             Ok(true) => (*is_counting, *known) = (false, Some((count.bytes, count.total_bytes))),
@@ -143,10 +146,11 @@ impl Files {
         *is_counting
     }
 
-    /// Has the free space counted, if it is not known.
+    /// Has the free space counted, if it is not known. What was counted last is told meanwhile.
     fn want_space(&mut self) {
-        if self.space.known.is_none() && !self.space.is_counting {
-            (self.space.count, self.space.is_counting) = (FreeSpace::default(), true);
+        let Space { count, is_counting, is_stale, known } = &mut self.space;
+        if (known.is_none() || *is_stale) && !*is_counting {
+            (*count, *is_counting, *is_stale) = (FreeSpace::default(), true, false);
         }
     }
 }
