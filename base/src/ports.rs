@@ -50,7 +50,7 @@ pub use thermal::io::{
 };
 pub use updates::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running, Updates};
 pub use usb::{Disk, NotLent, Usb};
-pub use viewers::Viewers;
+pub use viewers::{Factors, Viewers};
 pub use workspace::Workspace;
 
 /// Clock of the machine.

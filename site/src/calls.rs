@@ -282,10 +282,13 @@ pub enum Quantity {
     Id,
     /// Number of a place on the path.
     Seq,
+    /// Share of the speed of rapids, and of the spindle's.
+    Rapid,
+    Spindle,
 }
 
 /// Count of the quantities.
-const QUANTITIES: usize = 6;
+const QUANTITIES: usize = 8;
 
 impl Quantity {
     fn named(key: &str) -> Option<Self> {
@@ -296,6 +299,8 @@ impl Quantity {
             "direction" => Some(Self::Direction),
             "id" => Some(Self::Id),
             "seq" => Some(Self::Seq),
+            "rapid" => Some(Self::Rapid),
+            "spindle" => Some(Self::Spindle),
             _ => None,
         }
     }

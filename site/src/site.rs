@@ -2,7 +2,7 @@
 
 use core::net::Ipv4Addr;
 
-use base::ports::Storage;
+use base::ports::{Factors, Storage};
 use base::snapshot::Snapshot;
 use heapless::String;
 use http::{Connection, Event, Life, Response, Role};
@@ -21,6 +21,7 @@ use crate::reply::{Content, Reply};
 use crate::script;
 use crate::visitors::forbidden;
 
+mod factors;
 mod jogs;
 mod path;
 
@@ -119,6 +120,8 @@ pub struct Site<const N: usize> {
     pub(crate) addresses: [[u8; 4]; 2],
     pub(crate) version: &'static str,
     stop: Option<EmergencyStop>,
+    /// Factors that are to act at once.
+    factors: Option<Factors>,
 }
 
 impl<const N: usize> Site<N> {
@@ -146,6 +149,7 @@ impl<const N: usize> Site<N> {
             addresses: [[127, 0, 0, 1]; 2],
             version,
             stop: None,
+            factors: None,
         }
     }
 
@@ -436,6 +440,11 @@ impl<const N: usize> Site<N> {
                 let asked = self.questions.ask(questions::Asker::Seat(asker.place), ask, &reader.text, id);
                 return asked.is_none().then_some(Content::Error(codes::BUSY, questions::FULL));
             }
+            Method::Override => match self.set_factors(call) {
+                Ok(true) => script::of(call, &reader.text),
+                Ok(false) => return Some(Content::Done),
+                Err((code, message)) => return Some(Content::Error(code, message)),
+            },
             _ => script::of(call, &reader.text),
         };
         let script = match script {

@@ -2,6 +2,15 @@
 
 use crate::snapshot::Snapshot;
 
+/// An operator's factors; 1 is as programmed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Factors {
+    /// Of the speed of rapids.
+    pub rapid: Option<f64>,
+    /// Of the spindle's speed.
+    pub spindle: Option<f64>,
+}
+
 /// Access to those who look at the machine. A board without any leaves all of it out.
 pub trait Viewers {
     /// Whether somebody looks, and was last shown the machine long enough ago.
@@ -21,6 +30,11 @@ pub trait Viewers {
     /// Tells of a place on the path that the machine has come to: X, Y and Z in machine coordinates, mm, and
     /// whether material was laid or cut on the way there.
     fn add_to_path(&mut self, _at: [f32; 3], _lays: bool) {}
+
+    /// Takes factors that an operator wants to have in force at once.
+    fn take_factors(&mut self) -> Option<Factors> {
+        None
+    }
 
     /// A job begins, and with it another path.
     fn begin_path(&mut self) {}

@@ -1,6 +1,6 @@
 //! The network: the machine's port to it.
 
-use base::ports::{KeysRecord, Network, NetworkNews, NetworkReport, PasswordRecord, Viewers};
+use base::ports::{Factors, KeysRecord, Network, NetworkNews, NetworkReport, PasswordRecord, Viewers};
 use base::snapshot::Snapshot;
 use config::NetworkConfig;
 
@@ -59,6 +59,10 @@ impl<L: Locks> Viewers for BoardPorts<L> {
 
     fn add_to_path(&mut self, at: [f32; 3], lays: bool) {
         self.owned.network.page().into_iter().for_each(|page| page.add_to_path(at, lays));
+    }
+
+    fn take_factors(&mut self) -> Option<Factors> {
+        self.owned.network.page()?.take_factors()
     }
 
     fn begin_path(&mut self) {

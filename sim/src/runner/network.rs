@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use base::ports::{
-    AddressOrigin, KeysRecord, NetworkAddress, NetworkNews, NetworkReport, NetworkService, PasswordRecord,
+    AddressOrigin, Factors, KeysRecord, NetworkAddress, NetworkNews, NetworkReport, NetworkService, PasswordRecord,
 };
 use base::snapshot::Snapshot;
 use config::NetworkConfig;
@@ -31,6 +31,8 @@ pub struct SimulatedNetwork {
     pub is_viewed: bool,
     /// The machine as it was last shown.
     pub shown: Option<Snapshot>,
+    /// Operator's factors that a viewer wants.
+    pub factors: Option<Factors>,
     /// Whether somebody draws the path, or just does not any more; and the path since the last job began.
     pub draws: Option<bool>,
     /// Places of the path: X, Y, Z, and whether material was laid or cut on the way there.

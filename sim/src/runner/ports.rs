@@ -4,9 +4,9 @@ use std::cell::RefMut;
 use std::rc::Rc;
 
 use base::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, InputLevels,
-    Inputs, KeysRecord, LightPort, MemoryReport, MotionPort, Network, NetworkNews, NetworkReport, PasswordRecord,
-    PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Viewers, Wake, Workspace,
+    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, Factors, FilesPort, HeatPort,
+    InputLevels, Inputs, KeysRecord, LightPort, MemoryReport, MotionPort, Network, NetworkNews, NetworkReport,
+    PasswordRecord, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Viewers, Wake, Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
@@ -227,6 +227,10 @@ impl Viewers for HostPorts<'_> {
 
     fn add_to_path(&mut self, at: [f32; 3], lays: bool) {
         self.network().path.push((at, lays));
+    }
+
+    fn take_factors(&mut self) -> Option<Factors> {
+        self.network().factors.take()
     }
 
     fn begin_path(&mut self) {

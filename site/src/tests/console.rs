@@ -195,3 +195,21 @@ fn the_path_is_told_from_a_number_on() {
     desk.site.close(0, &mut desk.card);
     assert_eq!((desk.site.follows_path(), desk.site.follows_path()), (Some(false), None));
 }
+
+#[test]
+fn factors_of_rapids_and_spindle_wait_for_no_line_and_that_of_feed_rates_is_one() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    let set = |desk: &mut Desk, parameters: &str| {
+        desk.call(0, &format!(r#"{{"method":"velvet.override.set","params":{{{parameters}}},"id":1}}"#))
+    };
+    assert!(set(&mut desk, r#""rapid":0.25"#)[0].contains("ok"));
+    assert!(set(&mut desk, r#""spindle":1.2,"feed":0.9"#).is_empty());
+    assert_eq!(desk.site.take_factors(), Some(Factors { rapid: Some(0.25), spindle: Some(1.2) }));
+    assert_eq!((desk.next_line().as_deref(), desk.site.take_factors()), (Some("M220 S90\n"), None));
+    for wrong in [r#""rapid":1.5"#, r#""spindle":0"#, ""] {
+        assert!(set(&mut desk, wrong)[0].contains("-32602"), "{wrong}");
+    }
+    desk.show(0, &Snapshot { state: State::Alarm, ..snapshot() });
+    assert!(set(&mut desk, r#""rapid":0.5"#)[0].contains("400") && desk.site.take_factors().is_none());
+}

@@ -5,6 +5,7 @@ mod access;
 use std::net::Ipv4Addr;
 
 use base::bench::Card;
+use base::ports::Factors;
 use base::sessions::{DONE, REFUSED};
 use base::snapshot::{HeaterShown, JobShown, Snapshot};
 use http::{Life, Role};

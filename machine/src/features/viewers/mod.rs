@@ -1,7 +1,7 @@
 //! Viewers of the machine, in browsers and at displays: they are shown a snapshot of it as often as they ask.
 
 use base::axes::Axes;
-use base::ports::{Clock as _, HeatPort as _, MotionPort as _, Viewers as _};
+use base::ports::{Clock as _, Factors, HeatPort as _, MotionPort as _, Viewers as _};
 use base::safety::Mode;
 use base::safety::travel::Travel;
 use base::sessions::Recipient;
@@ -19,8 +19,8 @@ use thermal::HeatControl;
 use units::Micros;
 
 use crate::features::forecast::{self, ForecastHands};
-use crate::machine::Machine;
 use crate::machine::moments::{JobBegins, Moments};
+use crate::machine::{Machine, program_io};
 
 mod equipment;
 
@@ -46,6 +46,9 @@ pub(crate) trait ViewedHands<'c>: ForecastHands<'c> {
 
     /// Notes which moves of the job the motors make.
     fn follow_moves(&mut self);
+
+    /// Puts an operator's factors in force, unless the machine is halted.
+    fn set_factors(&mut self, factors: Factors);
 }
 
 impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
@@ -68,6 +71,19 @@ impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
     fn follow_moves(&mut self) {
         self.follow_job();
     }
+
+    fn set_factors(&mut self, Factors { rapid, spindle }: Factors) {
+        if self.safety.is_halted() {
+            return;
+        }
+        if let Some(rapid) = rapid {
+            self.world.ports.motion(|motion| motion.set_overrides(motion.overrides().feed, rapid));
+        }
+        if let Some(factor) = spindle {
+            self.outputs.override_spindle((factor * 100.0) as f32);
+            program_io::say_spindle(&mut self.world, &mut self.outputs);
+        }
+    }
 }
 
 /// Most ends of moves that are told at a look.
@@ -80,6 +96,9 @@ impl<'c, M: ViewedHands<'c>> Moments<M> for Feature {
     fn each_10_ms(hands: &mut M, now: Micros) {
         if hands.world().ports.wants_snapshot() {
             show(hands, now);
+        }
+        if let Some(factors) = hands.world().ports.take_factors() {
+            hands.set_factors(factors);
         }
         if let Some(is_drawn) = hands.world().ports.follows_path() {
             follow_path(hands, is_drawn);

@@ -1,5 +1,6 @@
 //! The machine as its viewers see it.
 
+use base::ports::Factors;
 use base::snapshot::{JobEnd, Snapshot};
 use program::{Spindle, State};
 use scenarios::{Bench, CARTESIAN, Plan};
@@ -184,4 +185,21 @@ fn switches_and_limits_are_shown() {
     assert_eq!(shown.most, (None, 2_000.0));
     let hotend = shown.heaters.iter().find(|heater| heater.designator == "T").expect("a hotend");
     assert!(hotend.heats && hotend.max.0 > 200.0, "{hotend:?}");
+}
+
+#[test]
+fn factors_of_rapids_and_of_the_spindle_act_at_once() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.say("G28.3 X10 Y10 Z10");
+    bench.say("G0 X200 F12000");
+    bench.hear(0.3);
+    bench.network(|network| network.factors = Some(Factors { rapid: Some(0.25), spindle: Some(1.1) }));
+    bench.hear(0.5);
+    let shown = look(&mut bench);
+    assert_eq!(shown.rapid_factor, 0.25);
+    assert!((40.0..80.0).contains(&shown.speed.0), "the move under way is slower, too: {:?}", shown.speed);
+    bench.say("M112");
+    bench.network(|network| network.factors = Some(Factors { rapid: Some(0.5), spindle: None }));
+    bench.hear(0.5);
+    assert_ne!(look(&mut bench).rapid_factor, 0.5, "not while it is halted");
 }
