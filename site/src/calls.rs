@@ -87,12 +87,13 @@ pub enum Method {
     JogStop,
     Override,
     PathSince,
+    Help,
     /// About files.
     Files(Ask),
 }
 
 /// All methods by their names.
-pub const METHODS: [(&str, Method); 36] = [
+pub const METHODS: [(&str, Method); 37] = [
     ("server.files.list", Method::Files(Ask::List)),
     ("server.files.get_directory", Method::Files(Ask::Directory)),
     ("server.files.metadata", Method::Files(Ask::Metadata)),
@@ -118,6 +119,7 @@ pub const METHODS: [(&str, Method); 36] = [
     ("velvet.jog.stop", Method::JogStop),
     ("velvet.override.set", Method::Override),
     ("velvet.path.since", Method::PathSince),
+    ("printer.gcode.help", Method::Help),
     ("server.connection.identify", Method::Identify),
     ("server.info", Method::ServerInfo),
     ("printer.info", Method::PrinterInfo),
@@ -146,6 +148,7 @@ impl Method {
             | Self::Subscribe
             | Self::PathSince
             | Self::Ask
+            | Self::Help
             | Self::EmergencyStop
             | Self::Files(Ask::List | Ask::Directory | Ask::Metadata) => Role::Watch,
             Self::Script

@@ -12,6 +12,7 @@ mod calls;
 mod client;
 mod console;
 mod files;
+mod help;
 mod jog;
 mod objects;
 mod path;

@@ -7,6 +7,7 @@ use http::{Body, Fields, Made};
 use crate::access::{Access, Told};
 use crate::calls::{Id, codes};
 use crate::console::{Console, Ending, Said};
+use crate::help;
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::path::{self, Path, Piece};
 
@@ -34,6 +35,8 @@ pub enum Content {
     Connection(u32),
     /// Number of a jog that begins.
     Jog(u32),
+    /// Codes and commands with their help.
+    Help,
     /// Piece of the path that the machine has made.
     Path(Piece),
     /// Answer about access.
@@ -211,6 +214,11 @@ impl Tells<'_> {
                 self.end(json);
                 return Next::End;
             }
+        } else if matches!(self.content, Content::Help) {
+            if !help::write(part - 1, json) {
+                self.end(json);
+                return Next::End;
+            }
         } else if objects == 0 || part as usize > objects::PARTS {
             self.end(json);
             return Next::End;
@@ -297,6 +305,7 @@ impl Tells<'_> {
                 json.end_array();
                 json.end_object();
             }
+            Content::Help => json.begin_object(),
             Content::Path(piece) => path::begin(piece, json),
             Content::State(_) => {
                 json.begin_object();
@@ -324,6 +333,7 @@ impl Tells<'_> {
                 json.end_array();
                 json.end_object();
             }
+            Content::Help => json.end_object(),
             Content::Said(_) | Content::Notice(_) | Content::Beat | Content::FilesChanged => json.end_array(),
             _ => {}
         }

@@ -54,6 +54,7 @@ pub fn of(call: &Call, text: &str) -> Result<Script, &'static str> {
         | Method::JogBeat
         | Method::JogStop
         | Method::PathSince
+        | Method::Help
         | Method::EmergencyStop
         | Method::Files(_) => Ok(()),
     };

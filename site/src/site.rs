@@ -428,6 +428,7 @@ impl<const N: usize> Site<N> {
                 client.subscribe(call.objects, hashes);
                 return Some(Content::State(call.objects));
             }
+            Method::Help => return Some(Content::Help),
             Method::PathSince => return Some(self.path_since(call)),
             Method::EmergencyStop => {
                 self.stop_at_once();

@@ -213,3 +213,12 @@ fn factors_of_rapids_and_spindle_wait_for_no_line_and_that_of_feed_rates_is_one(
     desk.show(0, &Snapshot { state: State::Alarm, ..snapshot() });
     assert!(set(&mut desk, r#""rapid":0.5"#)[0].contains("400") && desk.site.take_factors().is_none());
 }
+
+#[test]
+fn codes_are_told_with_their_help() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.upgrade(0);
+    let help = desk.call(0, r#"{"method":"printer.gcode.help","id":1}"#).remove(0);
+    assert!(help.starts_with(r#"{"jsonrpc":"2.0","result":{"G0":"#) && help.ends_with(r#""},"id":1}"#), "{help}");
+    assert!(help.contains(r#","M104":""#) && help.contains(r#","play":""#), "{help}");
+}
