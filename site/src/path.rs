@@ -116,8 +116,8 @@ impl Path {
 
     /// Adds a place.
     pub fn add(&mut self, place: Place) {
-        let lays = place.lays && !core::mem::take(&mut self.has_gap);
-        let place = Place { lays, ..place };
+        let has_gap = core::mem::take(&mut self.has_gap);
+        let place = Place { lays: place.lays && !has_gap, ..place };
         let [last, before] = self.last;
         if last.is_some_and(|last| distance(&last.at, &place.at, &place.at) < UNIT) {
             return;
@@ -215,6 +215,7 @@ mod tests {
     fn straight_ways_are_told_as_one_and_corners_stay() {
         let mut path = Path::new();
         path.follows(true);
+        add(&mut path, 0.0, 0.0, false);
         for number in 0..=100 {
             add(&mut path, number as f32 * 0.1, 0.0, true);
         }

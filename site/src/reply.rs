@@ -297,14 +297,7 @@ impl Tells<'_> {
                 pair("app", "Velvet", json);
                 json.end_object();
             }
-            Content::Names => {
-                json.begin_object();
-                json.key("objects");
-                json.begin_array();
-                (0..MAX_OBJECTS).filter_map(|place| objects::name(place, snapshot)).for_each(|name| json.text(&name));
-                json.end_array();
-                json.end_object();
-            }
+            Content::Names => write_names(snapshot, json),
             Content::Help => json.begin_object(),
             Content::Path(piece) => path::begin(piece, json),
             Content::State(_) => {
@@ -363,6 +356,16 @@ fn error(code: i32, message: &str, json: &mut Writer<'_, '_>) {
     json.key("code");
     json.signed(i64::from(code));
     pair("message", message, json);
+    json.end_object();
+}
+
+/// Writes the names of all objects.
+fn write_names(snapshot: &Snapshot, json: &mut Writer<'_, '_>) {
+    json.begin_object();
+    json.key("objects");
+    json.begin_array();
+    (0..MAX_OBJECTS).filter_map(|place| objects::name(place, snapshot)).for_each(|name| json.text(&name));
+    json.end_array();
     json.end_object();
 }
 

@@ -3,7 +3,7 @@
     ("/index.html", "text/html; charset=utf-8", include_bytes!("index.html.gz")),
     ("/style-fcc776d373.css", "text/css; charset=utf-8", include_bytes!("style-fcc776d373.css.gz")),
     ("/shell-188f2514fb.js", "text/javascript; charset=utf-8", include_bytes!("shell-188f2514fb.js.gz")),
-    ("/more-371afe8ed7.js", "text/javascript; charset=utf-8", include_bytes!("more-371afe8ed7.js.gz")),
+    ("/more-0167d402e4.js", "text/javascript; charset=utf-8", include_bytes!("more-0167d402e4.js.gz")),
     ("/views-2548e73e9d.css", "text/css; charset=utf-8", include_bytes!("views-2548e73e9d.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
     ("/settings-098c0d73d9.json", "application/json", include_bytes!("settings-098c0d73d9.json.gz")),

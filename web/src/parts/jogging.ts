@@ -34,7 +34,9 @@ export async function begin(axis: Axis, direction: 1 | -1): Promise<void> {
     const started = await call("velvet.jog.start", { axis, direction, mm_per_min: feed(axis) });
     if (mine !== turn) { tell("velvet.jog.stop", { id: started.id }); return; }
     id = started.id;
-    timer = window.setInterval(() => { if (id !== null) tell("velvet.jog.beat", { id }); }, BEAT_MS);
+    const beat = () => { if (id !== null) tell("velvet.jog.beat", { id }); };
+    beat();
+    timer = window.setInterval(beat, BEAT_MS);
   } catch (error) {
     if (mine === turn) running.value = null;
     say("error", (error as Error).message);
