@@ -88,7 +88,7 @@ pub enum Method {
     Override,
     PathSince,
     Help,
-    /// About files.
+    /// Question about files, or a change of them.
     Files(Ask),
 }
 

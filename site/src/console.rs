@@ -44,7 +44,7 @@ struct Script {
     /// Proof of the visitor, who may have lost the role when a line's turn comes.
     pass: Pass,
     id: Option<Id>,
-    /// Who hears what it comes to.
+    /// Visitors who hear the machine's answers to it.
     listeners: Listeners,
     /// Lines that are not done.
     lines: u16,
@@ -58,7 +58,7 @@ struct Script {
 pub enum Listeners {
     /// Everybody, as at a console that all sit at.
     All,
-    /// Who has sent the script, and nobody else.
+    /// The sender of the script, and nobody else.
     Asker,
 }
 
@@ -111,7 +111,7 @@ pub struct Outcome {
     pub asker: Asker,
     /// Id of the call; none if nobody wants an answer.
     pub id: Option<Id>,
-    /// How it ended.
+    /// End of the script: done, refused or broken off.
     pub ending: Ending,
     /// Place behind what the machine said to it, which the visitor is told before.
     pub said: u32,
@@ -211,7 +211,7 @@ impl Console {
             }
             let script = self.in_work_mut()?;
             let role = role_of(script.pass);
-            // Who watches may ask; the machine decides what is a question.
+            // Visitors who watch may ask; the machine decides which lines are questions.
             let least = if script.listeners == Listeners::Asker { Role::Watch } else { Role::Operate };
             if role >= least {
                 self.begun_ms = now_ms;
@@ -352,7 +352,7 @@ impl Console {
         {
             script.reason = Some(at);
         }
-        // Who has asked alone gets the machine's own words.
+        // A visitor who alone listens gets the machine's own words.
         let mark = if (is_fault || is_reason) && listener == EVERYBODY { MARK } else { "" };
         for byte in [listener].into_iter().chain(mark.bytes()).chain(line.bytes()).chain([b'\n']) {
             if let Some(place) = self.said.get_mut(self.total as usize % SAID_BYTES) {

@@ -112,8 +112,8 @@ impl Jogs {
         }
     }
 
-    /// Returns the line of a jog that is to begin, its id and its visitor. For a console on which no line is in
-    /// work.
+    /// Returns the line of a jog that is to begin, its id and its visitor. For a console on which no line is
+    /// in work.
     pub fn next_line(&mut self) -> Option<(JogLine, u32, Asker)> {
         let held = self.held.as_ref().filter(|_| self.under_way.is_none())?;
         self.under_way = Some(held.id);

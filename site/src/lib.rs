@@ -13,6 +13,7 @@ mod client;
 mod console;
 mod files;
 mod help;
+mod incoming;
 mod jog;
 mod objects;
 mod path;

@@ -114,7 +114,7 @@ impl Path {
         Piece { from, to, is_lost }
     }
 
-    /// Adds a place.
+    /// Adds a place that the machine has come to.
     pub fn add(&mut self, place: Place) {
         let has_gap = core::mem::take(&mut self.has_gap);
         let place = Place { lays: place.lays && !has_gap, ..place };

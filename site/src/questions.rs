@@ -10,10 +10,10 @@ use crate::files::{Ask, Files, Question, Refusal, Telling, Text, Visitor};
 
 /// Questions at a time.
 const QUESTIONS: usize = 3;
-/// What is said to who asks while there are as many.
+/// Refusal of a question while there are as many.
 pub const FULL: &str = "other lists are being made: ask again";
 
-/// Who has asked.
+/// Visitor who has asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asker {
     /// Visitor of a WebSocket, at this seat.
@@ -32,7 +32,7 @@ struct Asked {
     id: Option<Id>,
 }
 
-/// All questions.
+/// Questions of all visitors.
 #[derive(Debug, Default)]
 pub struct Questions([Option<Asked>; QUESTIONS]);
 

@@ -22,7 +22,7 @@ pub struct Facts<'f> {
     pub host: &'f str,
     /// Version of the firmware.
     pub version: &'f str,
-    /// State of access.
+    /// Sessions, keys and the rest of access, of which answers tell.
     pub access: &'f Access,
 }
 
@@ -39,7 +39,7 @@ pub enum Content {
     Help,
     /// Piece of the path that the machine has made.
     Path(Piece),
-    /// Answer about access.
+    /// Answer to a call about access.
     Access(Told),
     /// State of the server.
     Server,
@@ -141,7 +141,7 @@ pub struct ReplyBody<'r> {
     pub facts: Facts<'r>,
     /// Time since the start, milliseconds.
     pub now_ms: u64,
-    /// Who tells what is not of the machine.
+    /// Teller of content that is not the machine's state.
     pub teller: Option<Teller<'r>>,
 }
 

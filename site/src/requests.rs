@@ -4,11 +4,11 @@ use base::ports::Storage;
 use http::{Found, Known, Length, Request, Response, Status};
 
 use crate::access::Pass;
-use crate::calls::{Method, Reader};
-use crate::files::FileWork;
+use crate::calls::Reader;
 use crate::objects::{self, Objects};
 use crate::reply::{Content, Reply};
 use crate::routes::{Handler, ROUTES, UPLOAD_BYTES};
+use crate::serving::Begun;
 use crate::site::{BodyCall, Site, Slot, Work};
 
 /// Time after which a call that is still read makes room for another, milliseconds.
@@ -99,23 +99,6 @@ impl<const N: usize> Site<N> {
             set | http::percent::decode(name, true, &mut room).map_or(0, |name| objects::named(name, &self.snapshot))
         })
     }
-}
-
-/// Decision on a request.
-pub(crate) enum Begun {
-    /// Answer with this head, whose body the work makes.
-    Answer(Response, Work),
-    /// The same about files; without a head it comes later.
-    Files(Option<Response>, FileWork),
-    /// Question about files of this number, which is answered later.
-    Asked(u8),
-    Refuse(Status, &'static str),
-    /// The body has the parameters of this call.
-    Call(Method),
-    /// The machine stops at once.
-    Stop,
-    /// The connection becomes a WebSocket.
-    Upgrade,
 }
 
 fn refusal(status: Status, request: &Request<'_>) -> Response {

@@ -1,4 +1,4 @@
-//! What goes out on connections, and the site's work on files.
+//! Answers that go out on connections, and the site's work on files.
 
 use base::ports::Storage;
 use base::snapshot::Snapshot;
@@ -7,7 +7,7 @@ use http::{Connection, Request, Response, Role, Selection, Status};
 
 use crate::access::Pass;
 use crate::assets::{Asset, Counted};
-use crate::calls::{SCRIPT_BYTES, codes};
+use crate::calls::{Method, SCRIPT_BYTES, codes};
 use crate::client::Client;
 use crate::console::{self, Console, Listeners};
 use crate::files::{Ask, Change, FileBody, FileWork, Files, Refusal, Stored, Visitor, may_want_card, write_item};
@@ -15,12 +15,28 @@ use crate::objects::MAX_OBJECTS;
 use crate::path::Path;
 use crate::questions::{self, Asker, Questions};
 use crate::reply::{Content, Facts, Reply, ReplyBody};
-use crate::requests::Begun;
 use crate::routes::Handler;
 use crate::site::{Seat, Site, Slot, Work};
 
 /// Place of the asker of what nobody waits for.
 const NOBODY: u8 = u8::MAX;
+
+/// Decision on a request.
+pub(crate) enum Begun {
+    /// Answer with this head, whose body the work makes.
+    Answer(Response, Work),
+    /// The same about files; without a head it comes later.
+    Files(Option<Response>, FileWork),
+    /// Question about files of this number, which is answered later.
+    Asked(u8),
+    Refuse(Status, &'static str),
+    /// The body has the parameters of this call.
+    Call(Method),
+    /// The machine stops at once.
+    Stop,
+    /// The connection becomes a WebSocket.
+    Upgrade,
+}
 
 impl<const N: usize> Site<N> {
     /// Returns how many of the bytes that have come on a connection are to be taken; none while they have to

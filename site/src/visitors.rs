@@ -66,20 +66,6 @@ impl<const N: usize> Site<N> {
         self.leave(place, card);
     }
 
-    /// Ends the parameters of a call, and carries it out. Returns the answer, if it is due now.
-    pub(crate) fn end_body(&mut self, place: u8, visitor: Visitor) -> (Option<Response>, Work) {
-        let body = self.body.take_if(|body| body.place == place);
-        let content = match body.map(|mut body| (body.reader.end(), body.reader)) {
-            None => Some(Content::Error(codes::BUSY, "the call took too long to come")),
-            Some((Err((code, message)), _)) => Some(Content::Error(code, message)),
-            Some((Ok(call), reader)) => self.carry_out(visitor, &call, &reader, self.now_ms),
-        };
-        match content {
-            Some(content) => (Some(head_of(&content)), Work::Answer(Reply::answer(content))),
-            None => (None, Work::Waiting),
-        }
-    }
-
     /// Carries out a call about access; none: the answer comes later.
     pub(crate) fn call_access(&mut self, visitor: Visitor, call: &Call, text: &str, role: &str) -> Option<Content> {
         let told = match call.method {
@@ -225,12 +211,6 @@ impl<const N: usize> Site<N> {
                 }
             }
         }
-    }
-
-    /// Returns the proof of the visitor of a WebSocket; none of who has gone.
-    pub(crate) fn pass_of_seat(&self, asker: Asker) -> Pass {
-        let seat = self.seats.get(usize::from(asker.place)).filter(|seat| seat.visit == asker.visit);
-        seat.map_or(Pass::None, |seat| seat.pass)
     }
 
     /// Gives the visitor of a WebSocket another proof.

@@ -410,10 +410,8 @@ impl Session {
         // Writing to the output cannot fail.
         let _ = match self.dialect {
             _ if marks.are_on() => {
-                if !is_reply {
-                    // Without room for it the text has none either.
-                    let _ = output.bytes.push_back(NEWS);
-                }
+                // Without room for it the text has none either.
+                let _ = if is_reply { Ok(()) } else { output.bytes.push_back(NEWS) };
                 Unmarked(output).write_fmt(text)
             }
             Dialect::Grbl => Framed { framing, output, is_reply }.write_fmt(text),

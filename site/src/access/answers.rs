@@ -1,4 +1,4 @@
-//! Answers about access.
+//! Answers to calls about access: who the visitor is, how to log in, keys.
 
 use core::fmt::Write as _;
 
@@ -17,15 +17,15 @@ const OWNER: &str = "owner";
 /// Content of an answer about access.
 #[derive(Clone, Copy, Debug)]
 pub enum Told {
-    /// What a visitor with this proof has to do to be let in.
+    /// Steps by which a visitor with this proof gets in: the answer to `access.info`.
     Info(Pass),
-    /// Who the visitor with this proof is.
+    /// Name and role of the visitor with this proof.
     User(Pass),
     /// The visitor has logged in; over HTTP with the token of a session.
     LoggedIn(Option<Random>),
     /// The visitor has logged out.
     LoggedOut,
-    /// New key.
+    /// The new key, which is shown this once.
     Key(Random),
     /// All keys, by their names.
     Keys,
@@ -57,7 +57,7 @@ impl Told {
         Some(text)
     }
 
-    /// Writes the result.
+    /// Writes the result of the call as JSON.
     pub fn write(&self, access: &Access, json: &mut Writer<'_, '_>) {
         match self {
             Self::Info(pass) => info(*pass, access, json),

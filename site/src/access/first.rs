@@ -25,7 +25,7 @@ pub enum NotNow {
     Wait(u32),
     /// No word of this visitor waits for a code.
     NoWord,
-    /// It is another code.
+    /// The code is not the one that the machine shows.
     WrongCode,
 }
 
@@ -39,7 +39,7 @@ struct Waiting {
     left: u8,
 }
 
-/// The procedure.
+/// The procedure by which a first password is set and confirmed.
 #[derive(Debug)]
 pub struct First {
     waiting: Option<Waiting>,
@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(first.confirm(ONE, "000042", 6), Err(NotNow::NoWord), "it counts once");
     }
 
-    /// Who stands at the machine types the code into his own page, and it is not that of a stranger's word.
+    /// The owner types the code into another page than the stranger's, whose word stays unconfirmed.
     #[test]
     fn a_code_counts_for_the_visitor_whose_word_it_is_about() {
         let mut first = First::new();

@@ -18,7 +18,7 @@ pub const NAME_BYTES: usize = 24;
 // 8 bytes of a role, 32 of a digest, the name, two blanks and a line feed for each.
 const _: () = assert!(KEYS_RECORD_BYTES >= KEYS * (8 + 32 + NAME_BYTES + 3), "all keys fit into their record");
 
-/// A key.
+/// A program's key, as a digest.
 #[derive(Clone, Debug)]
 pub struct Key {
     number: u32,
@@ -40,7 +40,7 @@ pub enum NoKey {
     Full,
 }
 
-/// All keys.
+/// Keys of all programs.
 #[derive(Debug)]
 pub struct Keys {
     keys: Vec<Key, KEYS>,
@@ -49,13 +49,13 @@ pub struct Keys {
 }
 
 impl Keys {
-    /// Begins without any.
+    /// Begins without any key.
     #[must_use]
     pub const fn new() -> Self {
         Self { keys: Vec::new(), last: 0 }
     }
 
-    /// Returns all keys.
+    /// Returns the keys of all programs.
     pub fn iter(&self) -> impl Iterator<Item = &Key> {
         self.keys.iter()
     }

@@ -58,7 +58,7 @@ pub enum Target {
     Call(Asker, Option<Id>),
 }
 
-/// Visitor who asks.
+/// Visitor with the proof and the place that an answer goes to.
 #[derive(Clone, Debug)]
 pub struct Visitor {
     /// Place that the answer goes to.
@@ -81,7 +81,7 @@ struct Attempt {
 pub enum Verdict {
     /// The word is the password.
     Right,
-    /// It is not.
+    /// The word is not the password.
     Wrong,
     /// There is no password.
     NoPassword,
@@ -92,15 +92,15 @@ pub enum Verdict {
 /// Change that is being kept on the card.
 #[derive(Debug)]
 pub enum Keeping {
-    /// New password.
+    /// A new password is kept.
     Password,
     /// New key, which is told when it is kept.
     NewKey(Random, String<NAME_BYTES>),
-    /// Key revoked.
+    /// The list without a revoked key is kept.
     Revoked,
 }
 
-/// State of access.
+/// State of access: sessions, keys, words that wait for their verdict.
 #[derive(Debug)]
 pub struct Access {
     /// Role of who shows nothing.

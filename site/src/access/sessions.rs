@@ -7,7 +7,7 @@ const SESSIONS: usize = 8;
 /// Longest life of a session, seconds: 30 days. A restart ends all of them.
 pub const SESSION_S: u32 = 30 * 24 * 3_600;
 
-/// A session.
+/// A session that a login has begun.
 #[derive(Clone, Copy, Debug)]
 struct Session {
     number: u32,
@@ -15,7 +15,7 @@ struct Session {
     since_ms: u64,
 }
 
-/// All sessions.
+/// Sessions of all who have logged in.
 #[derive(Debug)]
 pub struct Sessions {
     places: [Option<Session>; SESSIONS],
@@ -24,7 +24,7 @@ pub struct Sessions {
 }
 
 impl Sessions {
-    /// Begins without any.
+    /// Begins without any session.
     #[must_use]
     pub const fn new() -> Self {
         Self { places: [None; SESSIONS], last: 0 }
@@ -54,12 +54,12 @@ impl Sessions {
         self.places.iter().flatten().any(|session| session.number == number)
     }
 
-    /// Ends a session.
+    /// Ends a session: its cookie proves nothing any more.
     pub fn end(&mut self, number: u32) {
         self.retain(|session| session.number != number);
     }
 
-    /// Ends all sessions.
+    /// Ends the sessions of everybody.
     pub fn end_all(&mut self) {
         self.places = [None; SESSIONS];
     }

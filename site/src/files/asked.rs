@@ -27,7 +27,7 @@ pub enum Ask {
     List,
     /// Folder with its entries.
     Directory,
-    /// What a slicer has written into a file.
+    /// Metadata that a slicer has written into a file.
     Metadata,
     MakeFolder,
     Move,
@@ -61,7 +61,7 @@ pub struct Question {
 }
 
 impl Question {
-    /// Makes a question.
+    /// Makes a question that has not begun.
     #[must_use]
     pub const fn new(ask: Ask) -> Self {
         let shape = if matches!(ask, Ask::List) { Shape::List } else { Shape::Directory };

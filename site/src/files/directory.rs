@@ -39,7 +39,7 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// Begins a list.
+    /// Begins the list of a folder.
     #[must_use]
     pub const fn new(shape: Shape) -> Self {
         Self { shape, part: 0, stage: Stage::Begin, at: 0, next: (Stage::Begin, 0) }

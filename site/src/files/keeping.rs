@@ -113,15 +113,15 @@ pub enum Step {
     Written,
     /// All of it is on the card.
     Kept,
-    /// Its path is noted, as another file has it.
+    /// The path is noted, as another file has it.
     Noted,
     /// The other file is aside.
     Free,
-    /// It has its name.
+    /// The new file has its name.
     Named,
-    /// What was done is on its way to the card.
+    /// All changes are on their way to the card.
     Settled,
-    /// It is there for good. Whether it has taken another's place stands in the upload.
+    /// The new file is there for good. Whether it has taken another's place stands in the upload.
     Done,
 }
 

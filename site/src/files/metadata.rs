@@ -1,5 +1,5 @@
-//! What a slicer has written into a file, in comments of its head and its tail: PrusaSlicer, SuperSlicer,
-//! OrcaSlicer, Bambu Studio and Cura.
+//! Metadata that a slicer has written into a file, in comments of its head and its tail: PrusaSlicer,
+//! SuperSlicer, OrcaSlicer, Bambu Studio and Cura.
 
 use base::ports::{FileHandle, FileTime, Storage, StorageError};
 use base::slicer::{SlicerTimes, number};
@@ -20,7 +20,7 @@ const THUMBNAILS: usize = 4;
 /// Picture in a file's comments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Thumbnail {
-    /// Size in pixels.
+    /// Width and height in pixels.
     pub width: u16,
     pub height: u16,
     /// Length in characters of Base64.
@@ -57,7 +57,7 @@ impl Thumbnail {
 #[derive(Clone, Debug, Default)]
 pub struct Found {
     times: SlicerTimes,
-    /// Lengths, mm.
+    /// Lengths in the metadata, mm.
     filament: Option<f32>,
     layer: Option<f32>,
     height: Option<f32>,
@@ -131,7 +131,7 @@ pub struct Scan {
     pub size: u32,
     pub written: FileTime,
     is_tail: bool,
-    /// What was found so far.
+    /// Metadata found so far.
     pub found: Found,
 }
 
@@ -143,7 +143,7 @@ impl Scan {
         Self { lines, size, written, is_tail: false, found: Found::default() }
     }
 
-    /// Returns the file.
+    /// Returns the file that is read.
     #[must_use]
     pub const fn file(&self) -> FileHandle {
         self.lines.file

@@ -34,14 +34,14 @@ pub use work::{FileBody, FileWork, Stored, may_want_card};
 const CARD_PATIENCE_MS: u32 = 100;
 const LIST_PATIENCE_MS: u32 = 2_000;
 
-/// Who asks for the card: a connection, or a question.
+/// Applicant for the card: a connection, or a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visitor {
     /// Connection at this place.
     Connection(u8),
     /// Question of this number.
     Question(u8),
-    /// The site itself.
+    /// The site's own housekeeping.
     Site,
 }
 
@@ -58,7 +58,7 @@ impl Visitor {
 /// Last change of files, which visitors are told of.
 #[derive(Clone, Debug, Default)]
 pub struct Change {
-    /// What was done, in Moonraker's words.
+    /// Kind of change, in Moonraker's words.
     pub action: &'static str,
     /// Path on the card of what is changed.
     path: Path,
@@ -99,7 +99,7 @@ pub struct Files {
     space: Space,
     /// Whether what former uploads left behind is cleared away.
     is_clear: bool,
-    /// Last change.
+    /// The last change of files.
     pub change: Change,
 }
 

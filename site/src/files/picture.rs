@@ -59,7 +59,7 @@ impl Picture {
         Ok(Self { lines, width, height, is_jpeg, left: None, bits: 0, count: 0 })
     }
 
-    /// Returns the file.
+    /// Returns the file that is searched.
     #[must_use]
     pub const fn file(&self) -> FileHandle {
         self.lines.file

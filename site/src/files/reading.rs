@@ -73,7 +73,7 @@ impl Reading {
         if self.left == 0 { Made::Last(used) } else { Made::Part(used) }
     }
 
-    /// Closes the file.
+    /// Closes the file that was read.
     pub fn end(self, card: &mut impl Storage) {
         // A file that was only read has nothing to lose.
         let _: Result<(), StorageError> = card.close(self.file);

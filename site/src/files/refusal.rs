@@ -13,7 +13,7 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    /// Makes a refusal.
+    /// Makes a refusal of this status and text.
     #[must_use]
     pub const fn new(status: Status, message: &'static str) -> Self {
         Self { status, message }

@@ -109,7 +109,7 @@ impl Written {
 /// Stage of an upload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// The form comes.
+    /// The form is still coming.
     Form,
     /// The form is whole, which has not been looked at yet.
     Whole,
@@ -119,7 +119,7 @@ enum Stage {
     Over,
 }
 
-/// What is told of an upload that is in place.
+/// Facts that the answer tells of an upload in place.
 #[derive(Clone, Copy, Debug)]
 pub struct Told {
     /// Size in bytes, and SHA-256.

@@ -1,4 +1,4 @@
-//! What Moonraker has no words for: `docs/api.md`, object `velvet`.
+//! Fields that Moonraker has no words for: `docs/api.md`, object `velvet`.
 
 use base::snapshot::{Snapshot, SpindleShown};
 use http::json::Writer;

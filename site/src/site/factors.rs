@@ -16,7 +16,7 @@ impl<const N: usize> Site<N> {
     ///
     /// # Errors
     /// Code and text: a factor is out of its range, there is none, or the machine is halted.
-    pub(super) fn set_factors(&mut self, call: &Call) -> Result<bool, (i32, &'static str)> {
+    pub(crate) fn set_factors(&mut self, call: &Call) -> Result<bool, (i32, &'static str)> {
         let [feed, rapid, spindle] = [Quantity::Feed, Quantity::Rapid, Quantity::Spindle].map(|of| call.number(of));
         if rapid.is_some_and(|share| !(0.05..=1.0).contains(&share)) {
             return Err((codes::PARAMETERS, "rapid is a share from 0.05 to 1"));

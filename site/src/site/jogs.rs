@@ -6,11 +6,6 @@ use crate::console::Asker;
 use crate::reply::Content;
 
 impl<const N: usize> Site<N> {
-    /// Returns who sits at a place.
-    pub(super) fn asker(&self, place: u8) -> Asker {
-        Asker { place, visit: self.seats.get(usize::from(place)).map_or(0, |seat| seat.visit) }
-    }
-
     /// Takes the request to have the machine let go of a jog: its visitor has let go of the button, has gone,
     /// or was silent for too long.
     pub fn take_jog_end(&mut self, now_ms: u64) -> bool {
@@ -26,7 +21,7 @@ impl<const N: usize> Site<N> {
     }
 
     /// Carries out a call about a jog.
-    pub(super) fn jog(&mut self, holder: Asker, call: &Call, axis: &str, now_ms: u64) -> Content {
+    pub(crate) fn jog(&mut self, holder: Asker, call: &Call, axis: &str, now_ms: u64) -> Content {
         let outcome = match call.method {
             Method::JogStart if self.console.works_for_all() && !self.jogs.is_under_way() => {
                 Err((codes::BUSY, "other lines are in work: a jog begins when the machine is done with them"))

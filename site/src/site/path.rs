@@ -24,7 +24,7 @@ impl<const N: usize> Site<N> {
     }
 
     /// Answers with the piece of the path from a number on.
-    pub(super) fn path_since(&mut self, call: &Call) -> Content {
+    pub(crate) fn path_since(&mut self, call: &Call) -> Content {
         match call.number(Quantity::Seq) {
             Some(number) => Content::Path(self.path.since(number as u32)),
             None => Content::Error(codes::PARAMETERS, "seq is missing"),
