@@ -35,6 +35,16 @@ async function until(what: string, holds: () => Promise<boolean>): Promise<void>
 }
 const mode = (on: Page, word: string) => on.locator(".pill", { hasText: word }).waitFor({ timeout: 60000 });
 
+/** Settings and files are the owner's to change. */
+async function logIn(on: Page): Promise<void> {
+  await ready(on);
+  await visit(on, "System");
+  await on.getByRole("button", { name: "Log in" }).click();
+  await on.getByLabel("Password").fill(process.env.VELVET_PASSWORD ?? "");
+  await on.getByRole("dialog").getByRole("button", { name: "Log in" }).click();
+  await on.getByRole("button", { name: "Log out" }).waitFor({ timeout: 60000 });
+}
+
 async function typeLine(on: Page, line: string): Promise<void> {
   await visit(on, "Console");
   await on.getByLabel("Line to send").fill(line);
@@ -137,7 +147,7 @@ page("uploads a job, looks through it, plays it with its path, pauses, goes on a
 });
 
 page("says before a job what stands in its way, and removes it", async (on) => {
-  await ready(on);
+  await logIn(on);
   await visit(on, "Files");
   await on.getByLabel("Files to upload").setInputFiles({ name: "far.gcode", mimeType: "text/plain", buffer: Buffer.from("G28\nG1 X9000 F600\n") });
   await on.locator(".filecard", { hasText: "far.gcode" }).click();
@@ -151,7 +161,7 @@ page("says before a job what stands in its way, and removes it", async (on) => {
 });
 
 page("checks, stores and undoes a setting", async (on) => {
-  await ready(on);
+  await logIn(on);
   await visit(on, "Settings");
   await on.getByLabel("Find a setting").fill("default_feed_rate");
   const field = on.getByLabel("motion control, default_feed_rate");
@@ -181,6 +191,25 @@ page("jogs while a key is held, and stands when it is let go", async (on) => {
   const stood = await place(on, 0);
   await on.waitForTimeout(1000);
   assert.equal(await place(on, 0), stood);
+});
+
+page("lets in with the password and nothing else, and gives keys to programs", async (on) => {
+  await ready(on);
+  await visit(on, "System");
+  await on.getByRole("button", { name: "Log in" }).click();
+  await on.getByLabel("Password").fill("wrong-word");
+  await on.getByRole("dialog").getByRole("button", { name: "Log in" }).click();
+  await on.getByText("this is not the password").waitFor({ timeout: 60000 });
+  await on.getByLabel("Password").fill(process.env.VELVET_PASSWORD ?? "");
+  await on.getByRole("dialog").getByRole("button", { name: "Log in" }).click();
+  await on.getByRole("button", { name: "Log out" }).waitFor({ timeout: 60000 });
+  await on.getByLabel("Name of the program that gets a key").fill("slicer");
+  await on.getByRole("button", { name: "Make a key" }).click();
+  const key = await on.locator("code.key").textContent();
+  const info = await on.request.get(new URL("/access/info", on.url()).href, { headers: { "X-Api-Key": key ?? "" } });
+  assert.match(await info.text(), /"role":"Operate"/);
+  await on.getByRole("button", { name: "Log out" }).click();
+  await on.getByRole("button", { name: "Log in" }).waitFor();
 });
 
 for (const [name, look] of Object.entries({

@@ -5,6 +5,7 @@
 //! (`CONFIG~1.INI`): these are refused, so that nobody comes by one to a file that is kept from him.
 
 use base::paths::{CARD, Path};
+use base::secrets::is_secret;
 use http::{Role, Status};
 
 use super::refusal::Refusal;
@@ -72,10 +73,10 @@ fn begins_with(name: &str, beginning: &str) -> bool {
     name.get(..beginning.len()).is_some_and(|first| is(first, beginning))
 }
 
-/// Returns whether nobody is shown an entry of this name: the board's own, and records of passwords.
+/// Returns whether nobody is shown an entry of this name: the board's own, and records of passwords and keys.
 #[must_use]
 pub fn is_hidden(name: &str) -> bool {
-    begins_with(name, ".velvet") || ends_with(name, "netpass")
+    begins_with(name, ".velvet") || is_secret(name)
 }
 
 /// Returns whether only the owner may change the file or folder of this path: what the machine is set up by,
@@ -143,6 +144,7 @@ mod tests {
             "gcodes/.VELVET. /x",
             "gcodes/ .velvet",
             "gcodes/netpass",
+            "gcodes/NETKEYS",
             "gcodes/previous-netpass",
             "gcodes/NETPASS.",
             "gcodes/CONFIG~1.INI",
