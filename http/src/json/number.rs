@@ -36,10 +36,13 @@ impl Number {
         if self.is_negative { 0_i64.checked_sub_unsigned(digits) } else { digits.try_into().ok() }
     }
 
-    /// Returns the number, the nearest one but for the last bit where it has more than 15 digits or a power
-    /// beyond 22. Always finite.
+    /// Returns the number, the nearest one but for the last bit where it is not whole and has more than 15
+    /// digits or a power beyond 22. Always finite.
     #[must_use]
     pub fn as_f64(self) -> f64 {
+        if let Some(whole) = self.as_i64().filter(|whole| *whole != 0) {
+            return whole as f64;
+        }
         let mut value = self.digits as f64;
         let mut left = self.power.unsigned_abs();
         while left > 0 && value != 0.0 {
