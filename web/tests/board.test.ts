@@ -80,7 +80,7 @@ page("quick: loads, homes, jogs, and is refused what goes beyond the travel", as
   await until("X is at 10", async () => (await place(on, 0)) === "10.00");
   await on.getByRole("button", { name: "X −" }).click();
   await on.getByRole("button", { name: "X −" }).click();
-  await on.locator(".notice.error").waitFor();
+  await on.locator(".notice.error").first().waitFor();
 });
 
 page("heats, draws what is measured, and switches off", async (on) => {
@@ -135,11 +135,11 @@ page("uploads a job, looks through it, plays it with its path, pauses, goes on a
   await on.getByText(/lines: 0 stop the job/).waitFor();
   await on.getByRole("button", { name: "Start", exact: true }).click({ noWaitAfter: true });
   await mode(on, "Running");
-  await until("there is a path", async () => Number(await on.locator(".stage canvas").getAttribute("data-points")) > 6);
+  await until("there is a path", async () => Number(await on.locator(".stage canvas").getAttribute("data-points")) > 14);
   await on.screenshot({ path: join(PICTURES, "board-job.png") });
   await on.getByRole("button", { name: "Pause" }).first().click();
-  await mode(on, "Held");
-  await on.getByRole("button", { name: /Go on|Resume/ }).first().click();
+  await mode(on, "Paused");
+  await on.getByRole("button", { name: "Go on" }).first().click();
   await mode(on, "Running");
   await on.getByRole("button", { name: "Cancel" }).first().click();
   await on.getByRole("button", { name: "Cancel the job" }).click();

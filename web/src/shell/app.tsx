@@ -1,7 +1,7 @@
 // The frame: who and how the machine is, where to go, how to stop it; the views come with the second file.
 import { type ComponentType, Fragment } from "preact";
 import { useEffect } from "preact/hooks";
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { linkState, retryAt } from "../api/link";
 import { hostname, isLive, isPrinter, mode, now, obj, oldFor } from "../state/machine";
 import { ask, dismiss, notices, say } from "../state/notices";
@@ -35,7 +35,9 @@ async function loadViews(): Promise<void> {
   }
 }
 
-effect(() => { document.documentElement.dataset.mode = !isReady.value ? "Idle" : isLive.value ? mode.value : "Sleep"; });
+/** A job that is paused stands, but is not over: its machine is shown as held. */
+const isPaused = computed(() => mode.value === "Idle" && obj("print_stats")?.state === "paused");
+effect(() => { document.documentElement.dataset.mode = !isReady.value ? "Idle" : !isLive.value ? "Sleep" : isPaused.value ? "Hold" : mode.value; });
 effect(() => {
   const progress = obj("print_stats")?.state === "printing" ? `${Math.round((obj("virtual_sdcard")?.progress ?? 0) * 100)} % · ` : "";
   document.title = `${progress}${isReady.value ? `${mode.value} · ` : ""}${hostname.value}`;
@@ -87,7 +89,7 @@ function Header() {
     <header class="top">
       <a class="brand" href="#/machine">{hostname.value}</a>
       <p class="state" role="status">
-        <b class="pill">{isLive.value ? MODES[mode.value] : "No connection"}</b>
+        <b class="pill">{!isLive.value ? "No connection" : isPaused.value ? "Paused" : MODES[mode.value]}</b>
         <span class="quiet">{isReady.value && <StateLine />}</span>
       </p>
       <div class="corner">
