@@ -1,7 +1,7 @@
 // What has been executed, kept while the page is open: views come and go, and each draws all of it.
 import { call, Refused } from "../api/link";
 import type { Stage } from "../gl/stage";
-import { isLive, obj } from "../state/machine";
+import { isLive, mode, obj } from "../state/machine";
 
 const TURN_MS = 250;
 const BEHIND_MS = 30;
@@ -40,7 +40,8 @@ async function turn(): Promise<number> {
   began = stats?.total_duration ?? 0;
   if (isAnother) forget();
   if (live) for (const stage of stages) stage.toolAt(live);
-  const works = stats?.state === "printing";
+  // A job that is paused still makes the moves that were planned.
+  const works = stats?.state === "printing" || mode.value === "Run";
   if (!hasRecord) {
     if (live && works) keep([[...live.slice(0, 3), 1]]);
     return TURN_MS;
