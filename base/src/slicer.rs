@@ -1,4 +1,4 @@
-//! What slicers write into a file for whoever plays or shows it. Its duration: in comments, and by M73.
+//! Durations that slicers write into a file of G-code: in comments, and by M73.
 //!
 //! - Cura: `;TIME:6345`, seconds in all, and `;TIME_ELAPSED:123.4` behind each layer;
 //! - PrusaSlicer, SuperSlicer, OrcaSlicer: `; estimated printing time (normal mode) = 1d 2h 3m 4s`, at the

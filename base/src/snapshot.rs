@@ -117,7 +117,7 @@ pub struct HeaterShown {
     pub target: Celsius,
     /// Share of full power, 0 to 1.
     pub power: f32,
-    /// Highest target.
+    /// Highest target that the configuration allows.
     pub max: Celsius,
     /// Whether there is a heater, and not a sensor alone.
     pub heats: bool,
@@ -155,7 +155,7 @@ pub enum JobEnd {
     Complete,
     /// By somebody who ended it.
     Cancelled,
-    /// By a halt.
+    /// The job was dropped by a halt.
     Halted,
 }
 
@@ -182,7 +182,7 @@ pub struct JobShown {
     pub layer: u32,
     /// Number of layers, once the file has said it.
     pub layers: Option<u32>,
-    /// Filament used, mm.
+    /// Filament that extruders have pushed since the job began, mm.
     pub filament: f32,
     /// How it has ended; none while it goes on.
     pub end: Option<JobEnd>,

@@ -49,7 +49,7 @@ impl Page {
     /// Never inlined: the page is on the stack before it is at its place.
     ///
     /// # Safety
-    /// Call once.
+    /// May be called once only: each call gives out the one place.
     #[inline(never)]
     pub unsafe fn make(host: &str, without: Role, is_served: bool) -> &'static mut Self {
         let place = &raw mut PLACE;

@@ -9,7 +9,11 @@ const REFUSED: &str = "\u{15}";
 const NEWS: &str = "\u{7}";
 
 fn page() -> Bench {
-    let profile = SessionProfile { kind: ConsoleKind::Web, rights: Rights::Operate, dialect: None, greeting: "" };
+    page_with(Rights::Operate)
+}
+
+fn page_with(rights: Rights) -> Bench {
+    let profile = SessionProfile { kind: ConsoleKind::Web, rights, dialect: None, greeting: "" };
     let mut bench = Plan::new(CARTESIAN).file("sub.g", "M118 hello\n").visitor(profile).start();
     bench.set_open(PAGE, true);
     bench.hear_on(PAGE, 0.1);
@@ -70,6 +74,21 @@ fn no_text_has_a_mark_in_it() {
     bench.say("M118 a\u{6}b\u{15}c\u{7}d");
     let said = bench.hear_on(PAGE, 0.2);
     assert!(said.contains("\u{7}abcd\n") && !said.contains(DONE) && !said.contains(REFUSED), "{said:?}");
+}
+
+/// The page hands over lines of who may only watch, too: the machine decides which of them are questions.
+#[test]
+fn who_watches_may_ask_and_move_nothing() {
+    let mut bench = page_with(Rights::Watch);
+    for question in ["version", "M114", "M105", "help"] {
+        assert!(ask(&mut bench, question).ends_with(DONE), "{question}");
+    }
+    for change in
+        ["G28.3 X0", "M104 S50", "play sub.g", "config-set planner planner_queue_size 48", "flash", "M500", "M78"]
+    {
+        assert!(ask(&mut bench, change).ends_with(REFUSED), "{change}");
+    }
+    assert_eq!(bench.read_card("config.ini").as_deref(), Some(CARTESIAN));
 }
 
 #[test]

@@ -58,7 +58,7 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         self.length = self.length.saturating_sub(1);
     }
 
-    /// Drops all entries.
+    /// Drops the entries, as nobody reads them any more.
     pub fn clear(&mut self) {
         self.length = 0;
     }

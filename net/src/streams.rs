@@ -77,7 +77,7 @@ pub struct Word {
 pub enum Verdict {
     /// The word is the password.
     Right,
-    /// It is not.
+    /// The word is not the password.
     Wrong,
     /// There is no password.
     NoPassword,

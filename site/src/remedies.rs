@@ -1,4 +1,4 @@
-//! What to do about a halt: the machine says what has happened, and people want to go on.
+//! Remedies for halts: a sentence for each kind of fault that says how to go on.
 
 /// Words of a halt's text, and what to do then. The first row that fits is taken.
 const REMEDIES: &[(&str, &str)] = &[

@@ -93,7 +93,7 @@ pub fn axis(name: &str) -> Result<char, &'static str> {
 /// Returns the speed of a jog, mm per minute.
 ///
 /// # Errors
-/// It is missing, or no speed.
+/// The call has no `mm_per_min`, or one that is no speed.
 pub fn speed(call: &Call) -> Result<f64, &'static str> {
     let speed = call.number(Quantity::MmPerMin).filter(|speed| (1.0..=1e6).contains(speed));
     speed.ok_or("mm_per_min is missing, or no speed")

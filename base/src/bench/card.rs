@@ -17,7 +17,7 @@ const BLOCK: usize = 512;
 pub struct Card {
     /// Files by name.
     pub files: BTreeMap<String, Vec<u8>>,
-    /// Folders.
+    /// Paths of all folders but the card itself.
     pub directories: BTreeSet<String>,
     pub(crate) open: Vec<Option<(String, usize)>>,
     /// Whether reading fails from now on.

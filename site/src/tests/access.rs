@@ -1,4 +1,4 @@
-//! Who may what: roles of every method, logins, keys, the first password.
+//! Tests of access: the role of every method, logins, keys, the first password.
 
 use super::*;
 use crate::Verdict;

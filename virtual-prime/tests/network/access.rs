@@ -1,5 +1,6 @@
-//! Who may what over the page, on the real image: logins, the first password, keys, roles of lines.
+//! Access to the page on the real image: logins, the first password, keys, roles of lines.
 
+use super::page::socket_with as socket;
 use super::{Net, plan};
 use crate::common::velvet::SECOND;
 use virtual_prime::net_desk::peer::Connection;
@@ -7,25 +8,14 @@ use virtual_prime::net_desk::peer::Connection;
 const OPEN: &str = "[network] password_required = false";
 const WATCHED: &str = "[network] watch_without_password = true";
 const PAGE: &str = "[network] webserver_enable = true";
-const PORT: u16 = 80;
 const PASSWORD: &str = "correct-horse";
 
 /// Sends a request with these header lines and a body of JSON, if there is one. Returns the whole answer.
 fn ask(net: &mut Net, request: &str, lines: &str, body: &str) -> String {
-    let visitor = net.connect(PORT);
     let content = format!("Content-Type: application/json\r\nContent-Length: {}\r\n", body.len());
     let content = if body.is_empty() { "" } else { content.as_str() };
     let head = format!("{request} HTTP/1.1\r\nHost: 10.0.2.15\r\n{lines}{content}Connection: close\r\n\r\n{body}");
-    net.send(visitor, head.as_bytes());
-    let (mut heard, end) = (Vec::new(), net.velvet.now_ms() + 10 * SECOND);
-    while !net.peer.is_over(visitor) && net.velvet.now_ms() < end {
-        net.run(2);
-        heard.extend(net.peer.receive(visitor));
-        if net.peer.has_ended(visitor) {
-            net.peer.close(visitor);
-        }
-    }
-    String::from_utf8_lossy(&heard).into_owned()
+    super::page::exchange(net, &head)
 }
 
 /// Logs in over HTTP. Returns the answer.
@@ -38,18 +28,6 @@ fn cookie(answer: &str) -> String {
     let cookie = answer.split("Set-Cookie: ").nth(1).unwrap_or_else(|| panic!("no cookie: {answer}"));
     assert!(cookie.contains("; HttpOnly; SameSite=Strict\r\n"), "{cookie}");
     format!("Cookie: {}\r\n", cookie.split(';').next().unwrap())
-}
-
-/// Opens a WebSocket with these header lines.
-fn socket(net: &mut Net, lines: &str) -> Connection {
-    let visitor = net.connect(PORT);
-    let request = format!(
-        "GET /websocket HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n{lines}\
-         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
-    );
-    net.send(visitor, request.as_bytes());
-    net.expect(visitor, "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n", 2 * SECOND);
-    visitor
 }
 
 /// Calls a method over a WebSocket. Returns what came until these words did.

@@ -8,10 +8,11 @@ pub(super) const OPEN: &str = "[network] password_required = false";
 pub(super) const PAGE: &str = "[network] webserver_enable = true";
 pub(super) const PORT: u16 = 80;
 
-/// Asks for a path. Returns the answer's head and body as text, with what is no text replaced.
-fn get(net: &mut Net, path: &str) -> String {
+/// Sends a request of HTTP that wants the connection closed behind its answer. Returns the whole answer as
+/// text, with what is no text replaced.
+pub(super) fn exchange(net: &mut Net, request: &str) -> String {
     let visitor = net.connect(PORT);
-    net.send(visitor, format!("GET {path} HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: close\r\n\r\n").as_bytes());
+    net.send(visitor, request.as_bytes());
     let (mut heard, end) = (Vec::new(), net.velvet.now_ms() + 10 * SECOND);
     while !net.peer.is_over(visitor) && net.velvet.now_ms() < end {
         net.run(2);
@@ -23,11 +24,23 @@ fn get(net: &mut Net, path: &str) -> String {
     String::from_utf8_lossy(&heard).into_owned()
 }
 
+/// Asks for a path. Returns the answer's head and body.
+fn get(net: &mut Net, path: &str) -> String {
+    exchange(net, &format!("GET {path} HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: close\r\n\r\n"))
+}
+
 /// Opens a WebSocket.
 pub(super) fn socket(net: &mut Net) -> Connection {
+    socket_with(net, "")
+}
+
+/// Opens a WebSocket with these header lines.
+pub(super) fn socket_with(net: &mut Net, lines: &str) -> Connection {
     let visitor = net.connect(PORT);
-    let request = "GET /websocket HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
-                   Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+    let request = format!(
+        "GET /websocket HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n{lines}\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+    );
     net.send(visitor, request.as_bytes());
     // The value for this key is that of RFC 6455 section 1.3.
     net.expect(visitor, "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n", 2 * SECOND);

@@ -13,7 +13,7 @@ impl Inbox {
     }
 
     /// Ends the jogs of all lines received so far, begun or not, as the byte 0x85 does in GRBL's dialect.
-    /// For the transport.
+    /// Only the transport that fills the inbox may call this.
     pub fn cancel_jogs(&self) {
         self.note_stop();
         self.request(Realtime::JogCancel);
