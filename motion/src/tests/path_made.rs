@@ -27,9 +27,11 @@ proptest! {
 
     #[test]
     fn every_end_is_told_once_and_when_the_motors_are_there(
-        lengths in prop::collection::vec(0.02..6.0_f64, 2..40), feed in 1.0..400.0_f64,
+        lengths in prop::collection::vec(0.02..6.0_f64, 2..40), feed in 4.0..400.0_f64,
         jerk in prop::option::of(20_000.0..500_000.0_f64), mut changes in prop::collection::vec((0_u16..400, any::<bool>()), 0..4),
     ) {
+        // 240 mm at half of 4 mm/s: 120 s, with as much again to spare.
+        const TICKS: u32 = 480_000;
         changes.sort_unstable();
         let mut config = printer();
         config.limits.jerk = jerk.map(MmPerSecond3);
@@ -46,7 +48,7 @@ proptest! {
             rig.motion().plan();
         }
         rig.motion().flush();
-        for tick in 0..200_000_u32 {
+        for tick in 0..TICKS {
             for (_, holds) in changes.iter().filter(|(at, _)| u32::from(*at) == tick) {
                 if *holds {
                     rig.motion().hold();
@@ -66,6 +68,7 @@ proptest! {
         }
         rig.tick();
         look(&mut rig, &mut told)?;
+        prop_assert!(rig.motion().is_idle(), "{TICKS} turns of the feed were too few");
         prop_assert_eq!(xs(&told), expected);
         prop_assert!(told[1..].iter().all(|end| end.is_work && end.extrudes) && !told[0].is_work);
     }
