@@ -31,6 +31,7 @@ pub mod geometry;
 mod jerk_limited;
 pub mod kinematics;
 pub mod knots;
+pub mod laser;
 mod motion;
 mod motor;
 mod move_ends;

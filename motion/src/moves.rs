@@ -2,7 +2,7 @@
 
 use units::{Axis, MmPerSecond, PerAxis};
 
-use crate::path::Curve;
+use crate::{laser::Power, path::Curve};
 
 /// Kind of a move: decides the override that applies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,8 +50,8 @@ pub struct Move {
     pub feed_rate: MmPerSecond,
     /// Kind of move: rapid or feed.
     pub mode: Mode,
-    /// The program's S value, for a laser.
-    pub power: f32,
+    /// Power of a laser; rapids have none, whatever they ask for.
+    pub power: Power,
     /// Curve of X, Y and Z, seen from the end of the previous move; a line for a straight move. The move ends
     /// at the target in any case: a difference between the two is spread over the whole way.
     pub curve: Curve,
@@ -71,7 +71,7 @@ impl Move {
             target,
             feed_rate,
             mode: Mode::Feed,
-            power: 0.0,
+            power: Power::OFF,
             curve: Curve::Line,
             corner: Corner::Sharp,
             tag: Tag::NONE,
@@ -98,7 +98,7 @@ pub enum Refusal {
     Busy,
     /// [`crate::Motion::configure`] has not succeeded yet.
     NotConfigured,
-    /// A coordinate, the feed rate or the power is not a finite number, or lies beyond what steps can count.
+    /// A coordinate or the feed rate is not a finite number, or lies beyond what steps can count.
     NotFinite,
     /// The feed rate is zero or negative.
     NoFeedRate,

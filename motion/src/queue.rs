@@ -17,7 +17,7 @@ use units::{Actuator, Direction};
 pub const CAPACITY: usize = 2048;
 const MASK: u32 = CAPACITY as u32 - 1;
 
-/// Event at one instant: a motor steps, or its direction pin gets a new level.
+/// Event at one instant: a motor steps, its direction pin gets a new level, or a laser another duty.
 ///
 /// Layout of the packed word: bits 0 to 2 the motor, bit 3 forward (of a turn), bit 4 a turn. A step's word
 /// is just its motor, so that the interrupt finds out with one comparison, and without shifting, what to do
@@ -37,8 +37,12 @@ impl StepEvent {
     pub const FORWARD: u32 = 0b1000;
     /// Bit of [`Self::word`]: the direction changes; the motor does not step.
     pub const TURN: u32 = 0b1_0000;
-    /// Number of bits used in a word.
+    /// Number of bits used in a word by motors.
     pub(crate) const BITS: u32 = 5;
+    /// Number in the place of a motor's: with [`Self::TURN`], the power of a laser changes.
+    pub const LASER: u32 = 6;
+    /// Place of a power's duty in its word.
+    const DUTY_SHIFT: u32 = 16;
 
     /// Event that steps a motor at `at`.
     #[must_use]
@@ -54,6 +58,20 @@ impl StepEvent {
             Direction::Backward => 0,
         };
         Self { at, word: actuator as u32 | forward | Self::TURN }
+    }
+
+    /// Event that gives a laser another duty, in 1/65535, at `at`.
+    #[must_use]
+    pub const fn power(at: u32, duty: u16) -> Self {
+        Self { at, word: (duty as u32) << Self::DUTY_SHIFT | Self::TURN | Self::LASER }
+    }
+
+    /// Returns a laser's new duty, in 1/65535; `None` for an event of a motor.
+    #[must_use]
+    #[inline(always)]
+    pub const fn laser_duty(self) -> Option<u16> {
+        let is_power = self.word & (Self::TURN | Self::MOTOR) == Self::TURN | Self::LASER;
+        if is_power { Some((self.word >> Self::DUTY_SHIFT) as u16) } else { None }
     }
 
     /// Returns the motor, as a place in [`units::PerActuator`].
@@ -86,13 +104,13 @@ impl StepEvent {
     /// Motors whose direction becomes forward, one bit each.
     #[must_use]
     pub const fn turning_forward(self) -> u8 {
-        if self.is_turn() && self.is_forward() { 1 << self.motor() } else { 0 }
+        if self.is_turn() && self.is_forward() && self.laser_duty().is_none() { 1 << self.motor() } else { 0 }
     }
 
     /// Motors whose direction becomes backward, one bit each.
     #[must_use]
     pub const fn turning_backward(self) -> u8 {
-        if self.is_turn() && !self.is_forward() { 1 << self.motor() } else { 0 }
+        if self.is_turn() && !self.is_forward() && self.laser_duty().is_none() { 1 << self.motor() } else { 0 }
     }
 }
 
@@ -350,6 +368,9 @@ mod tests {
             assert_eq!(masks(StepEvent::turn(7, actuator, Direction::Backward)), (0, 0, bit));
             assert!(StepEvent::step(7, actuator).word <= StepEvent::MOTOR);
             assert!(StepEvent::turn(7, actuator, Direction::Backward).word > StepEvent::MOTOR);
+            assert_eq!(StepEvent::turn(7, actuator, Direction::Forward).laser_duty(), None);
+            let power = StepEvent::power(7, 0xABCD);
+            assert_eq!((masks(power), power.laser_duty()), ((0, 0, 0), Some(0xABCD)));
         }
     }
 }

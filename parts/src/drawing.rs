@@ -13,6 +13,7 @@ use config::MachineConfig;
 use motion::geometry::{
     Arc, ArcError, ArcParts, ArcShape, Bezier, Chords, Line, LineSettings, Nurbs, ParametricCurve, SplineMoves,
 };
+use motion::laser::Power;
 use motion::path::{Bounds, Curve};
 use motion::{Corner, Mode, Tag};
 use program::{Centre, Interpreter, Move, Rate, Shape};
@@ -63,7 +64,8 @@ pub fn in_motions_terms(
         program::Corner::Stop => Corner::Stop,
         program::Corner::Rounded(within) => Corner::Rounded(within.unwrap_or_else(deviation)),
     };
-    let (target, power, curve) = (request.target, request.power, Curve::Line);
+    // Nothing gives a laser power yet.
+    let (target, power, curve) = (request.target, Power::OFF, Curve::Line);
     motion::Move { target, feed_rate, mode, power, curve, corner, tag, part: 0 }
 }
 

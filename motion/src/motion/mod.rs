@@ -39,6 +39,7 @@ use crate::{
     feed_schedule::Lead,
     filters::{Filters, History},
     knots::{countable_within, is_countable, nearest_step, step_positions},
+    laser::Power,
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
@@ -155,7 +156,7 @@ struct Last {
     speed_limit: f64,
     requested: f64,
     mode: Mode,
-    power: f32,
+    power: Power,
     /// For a straight move of X, Y or Z: movement of each axis for a millimetre, and length before any corner
     /// was rounded, mm.
     line: Option<(PerAxis<f64>, f64)>,

@@ -221,7 +221,7 @@ fn check_request(
     countable: f64,
     request: &Move,
 ) -> Result<(), Refusal> {
-    if !(request.feed_rate.get().is_finite() && request.power.is_finite()) {
+    if !request.feed_rate.get().is_finite() {
         return Err(Refusal::NotFinite);
     }
     let tolerance = if let Corner::Rounded(tolerance) = request.corner { tolerance } else { 0.0 };

@@ -4,6 +4,7 @@ use units::PerAxis;
 
 use super::{brake::Brake, cruise_ratio::CruisePlan};
 use crate::{
+    laser::Power,
     least,
     moves::{Mode, Part, Tag},
     ramp::Bounds,
@@ -39,7 +40,7 @@ pub struct Block {
     /// infinite where they are.
     pub(crate) clearance: f64,
     /// Power of a laser.
-    pub power: f32,
+    pub power: Power,
     /// Kind of move: rapid or feed.
     pub mode: Mode,
     /// Whether the move follows a curve, which waits in the ring of curves.
@@ -84,7 +85,7 @@ impl Block {
         entry_limit_sq: 0.0,
         entry_sq: 0.0,
         clearance: f64::INFINITY,
-        power: 0.0,
+        power: Power::OFF,
         mode: Mode::Feed,
         curved: false,
         tag: Tag::NONE,

@@ -12,7 +12,7 @@ use super::{
     nonlinear::{balanced, machine, within_limits},
     rig::{Rig, at, cases, printer},
 };
-use crate::{Corner, Kinematics, MotionConfig, Move, kinematics::LinearDelta};
+use crate::{Corner, Kinematics, MotionConfig, Move, kinematics::LinearDelta, laser::Power};
 
 /// Corners of a polygon, some of it coarse, some of it fine.
 fn polygon() -> impl Strategy<Value = Vec<PerAxis<f64>>> {
@@ -147,7 +147,7 @@ fn a_corner_of_unlike_moves_and_one_already_begun_stay_sharp() {
     let [first, second, ..] = square();
     let rounded = Move { corner: Corner::Rounded(0.5), ..Move::feed(first, MmPerSecond(100.0)) };
     let unlike = [
-        Move { power: 0.5, target: second, ..rounded },
+        Move { power: Power { level: 32_768, by_speed: false }, target: second, ..rounded },
         Move { mode: crate::Mode::Rapid, target: second, ..rounded },
         Move { corner: Corner::Sharp, target: second, ..rounded },
     ];
