@@ -108,13 +108,14 @@ impl<P: Ports> World<'_, P> {
         Ok(())
     }
 
-    /// Checks that whoever asks may change files, settings and firmware.
+    /// Checks that whoever asks may change files, settings and firmware. `job` is what lines of the job may
+    /// do: they are those that no session asks for.
     ///
     /// # Errors
-    /// For a session that may only have the machine work.
-    pub fn owner_only(&self, asked: Recipient) -> Result<(), Failure> {
-        let session = asked.session().and_then(|id| self.sessions.get(id));
-        if session.is_none_or(|session| session.rights >= Rights::Own) {
+    /// For a session that may only have the machine work, and for the job of one.
+    pub fn owner_only(&self, asked: Recipient, job: Rights) -> Result<(), Failure> {
+        let rights = if asked.session().is_some() { self.sessions.rights_of(asked) } else { job };
+        if rights >= Rights::Own {
             return Ok(());
         }
         Err(Failure::refused(

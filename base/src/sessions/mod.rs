@@ -175,6 +175,12 @@ impl Sessions {
         self.get(id).map_or(Dialect::Smoothie, |session| session.dialect)
     }
 
+    /// Returns the rights of a recipient that asks for something. The machine itself has all.
+    #[must_use]
+    pub fn rights_of(&self, who: Recipient) -> Rights {
+        who.session().and_then(|id| self.get(id)).map_or(Rights::Own, |session| session.rights)
+    }
+
     /// Whether the recipient is a session whose refusals are numbers, as in GRBL's dialect.
     #[must_use]
     pub fn numbers_refusals(&self, who: Recipient) -> bool {

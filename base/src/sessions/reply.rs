@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Recipient, Sessions};
+use super::{Recipient, Rights, Sessions};
 
 /// Reply to a recipient, handed along as an argument, so that no reply ever goes to another session that
 /// asked last.
@@ -22,6 +22,12 @@ impl<'s> Reply<'s> {
     #[must_use]
     pub const fn to(&self) -> Recipient {
         self.to
+    }
+
+    /// Returns the rights of the recipient, who has asked.
+    #[must_use]
+    pub fn rights(&self) -> Rights {
+        self.sessions.rights_of(self.to)
     }
 
     /// Sends a text to the recipient.

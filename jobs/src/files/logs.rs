@@ -14,7 +14,17 @@ const LONGEST_LINE: usize = 257;
 /// Greatest length of a file, bytes: an endless loop must not fill the card.
 const MOST_BYTES: u32 = 64 << 20;
 /// Files of the machine itself, which no program may write, and the beginnings of their companions' names.
-const OWN: [&str; 6] = ["config.ini", "config-override", "parameters.var", "tool.tbl", "grbl-settings", "firmware.bin"];
+const OWN: [&str; 9] = [
+    "config.ini",
+    "config-override",
+    "parameters.var",
+    "tool.tbl",
+    "grbl-settings",
+    "firmware.bin",
+    "flashme.bin",
+    "netpass",
+    "netkeys",
+];
 const COMPANIONS: [&str; 3] = ["draft-", "new-", "previous-"];
 
 /// Reason why a line was not written.

@@ -7,7 +7,7 @@ use base::sessions::{Recipient, Reply};
 use program::Dialect;
 use units::Micros;
 
-use super::{Job, Jobs, Layers, Listeners, PRINTING, StalledJob, Suspended};
+use super::{Job, Jobs, Layers, PRINTING, StalledJob, Starter, Suspended};
 use crate::files::Files;
 
 /// Refusal where a job would be lost, or go on from the wrong place.
@@ -35,12 +35,13 @@ impl Jobs {
         let options = Options::read(options)?;
         let wanted = |is_wanted| if is_wanted { reply.to() } else { Recipient::Nobody };
         let (echo, tells_end) = (wanted(options.echo), wanted(options.tells_end));
-        let listeners = Listeners { echo, tells_end, tells_date: options.tells_end };
+        let rights = reply.rights();
+        let starter = Starter { echo, tells_end, tells_date: options.tells_end, rights };
         if self.job.is_some() {
             reply.say(format_args!("{PRINTING}\n"));
             return Ok(Answer::Ok);
         }
-        match self.open(texts, &path, listeners, ports, now) {
+        match self.open(texts, &path, starter, ports, now) {
             Ok(size) => {
                 self.set_paused(options.paused);
                 if let Some(dialect) = options.dialect {
@@ -59,7 +60,7 @@ impl Jobs {
     /// Whether the listener for a job's end hears the time of it.
     #[must_use]
     pub fn tells_date(&self) -> bool {
-        self.job.as_ref().is_some_and(|job| job.listeners.tells_date)
+        self.job.as_ref().is_some_and(|job| job.starter.tells_date)
     }
 
     /// Selects a file, which M24 plays (M23); M32 `plays` it at once.
@@ -84,12 +85,12 @@ impl Jobs {
         }
         self.close(storage);
         let tells_end = if plays { reply.to() } else { Recipient::Nobody };
-        let listeners = Listeners { tells_end, ..Listeners::default() };
+        let starter = Starter { tells_end, ..Starter::of(reply) };
         // Hosts send the line of a listing back, with its size.
         let short = name.rsplit_once(' ').filter(|(_, size)| size.bytes().all(|byte| byte.is_ascii_digit()));
         let opened = [Some(name), short.map(|(name, _)| name.trim())].into_iter().flatten().find_map(|name| {
             let path = on_card(name)?;
-            Some((name, self.open(texts, &path, listeners, storage, now).ok()?))
+            Some((name, self.open(texts, &path, starter, storage, now).ok()?))
         });
         if let Some((name, size)) = opened {
             self.set_paused(!plays);
@@ -100,7 +101,8 @@ impl Jobs {
         Ok(Answer::Ok)
     }
 
-    /// Plays the selected file, or goes on with it (M24); the caller hears of its end.
+    /// Plays the selected file, or goes on with it (M24); the caller hears of its end, and its rights are
+    /// those of a file's lines that begins.
     ///
     /// # Errors
     /// Without a selected file, and while the job is suspended: the machine is not where the job goes on. A
@@ -114,7 +116,11 @@ impl Jobs {
             find_again(texts, job, storage)?;
         }
         (job.paused, job.waits_for_operator) = (false, false);
-        job.listeners.tells_end = reply.to();
+        job.starter.tells_end = reply.to();
+        // Who starts a file that another one has selected answers for it; who goes on with one does not.
+        if job.is_new {
+            job.starter.rights = reply.rights();
+        }
         Ok(Answer::Ok)
     }
 

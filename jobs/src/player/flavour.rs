@@ -183,7 +183,7 @@ fn said_by(line: &[u8]) -> Option<Said> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::player::{Jobs, Listeners};
+    use crate::player::{Jobs, Starter};
     use base::bench::Card;
     use base::ports::OpenMode;
     use base::sessions::LineBytes;
@@ -246,7 +246,7 @@ mod tests {
         let text = ";FLAVOR:RepRap\nG28\n";
         for (forced, said) in [(None, None), (Some(Dialect::Klipper), None), (None, Some(Dialect::Marlin))] {
             let (mut jobs, mut card) = (Jobs::new(forced), Card::with(&[("/sd/a.g", text)]));
-            jobs.open(&base::failure::Texts::new(), "/sd/a.g", Listeners::default(), &mut card, units::Micros(0))
+            jobs.open(&base::failure::Texts::new(), "/sd/a.g", Starter::default(), &mut card, units::Micros(0))
                 .unwrap();
             said.into_iter().for_each(|dialect| jobs.read_as(dialect));
             let wanted = said.or(forced).unwrap_or(Dialect::RepRapFirmware);

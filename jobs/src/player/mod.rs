@@ -18,6 +18,7 @@ mod pauses;
 mod progress;
 mod queue;
 mod scripts;
+mod starter;
 mod statistics;
 mod suspended;
 mod tags;
@@ -28,7 +29,7 @@ use base::failure::{Failure, Texts};
 use base::paths::Path;
 use base::ports::{Clock, OpenMode, Storage, StorageError};
 use base::secrets::open_to_show;
-use base::sessions::{LineBytes, Recipient, Reply, SessionId};
+use base::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 use config::{Command, MachineConfig};
 use heapless::Vec;
 use motion::Tag;
@@ -49,23 +50,13 @@ pub use pauses::{Place as PausePlace, parse as parse_pause};
 pub use progress::{Planned, TimeLeft};
 use queue::Queue;
 pub use scripts::Scripts;
+pub use starter::Starter;
 pub use statistics::{Duration, HeaterTime, PATH as STATISTICS_PATH, Statistics, Sums};
 pub use suspended::{StalledJob, Suspended};
 use tags::Tags;
 pub use tower::Tower;
 
 const PRINTING: &str = "Currently printing, abort print first";
-
-/// Recipients that listen to a job.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Listeners {
-    /// Recipient of the lines and of the answers to them.
-    pub echo: Recipient,
-    /// Recipient of the message at the end.
-    pub tells_end: Recipient,
-    /// Whether that message has the date.
-    pub tells_date: bool,
-}
 
 /// A file that is open to be played.
 #[derive(Debug)]
@@ -76,7 +67,7 @@ struct Job {
     written: u32,
     lines: FileLines,
     started: Micros,
-    listeners: Listeners,
+    starter: Starter,
     paused: bool,
     /// The job is paused until the operator has done something (M0, M6).
     waits_for_operator: bool,
@@ -151,13 +142,26 @@ impl Jobs {
     /// Returns the recipient of the job's lines and of the answers to them.
     #[must_use]
     pub fn echo(&self) -> Recipient {
-        self.job.as_ref().map_or(Recipient::Nobody, |job| job.listeners.echo)
+        self.job.as_ref().map_or(Recipient::Nobody, |job| job.starter.echo)
     }
 
     /// Returns the recipient of the message at the job's end.
     #[must_use]
     pub fn tells_end(&self) -> Recipient {
-        self.job.as_ref().map_or(Recipient::Nobody, |job| job.listeners.tells_end)
+        self.job.as_ref().map_or(Recipient::Nobody, |job| job.starter.tells_end)
+    }
+
+    /// Returns the rights of the job's lines; all without a job.
+    #[must_use]
+    pub fn rights(&self) -> Rights {
+        self.job.as_ref().map_or(Rights::Own, |job| job.starter.rights)
+    }
+
+    /// Lowers the rights of the job's lines to those of somebody who adds to them.
+    pub fn lower_rights(&mut self, rights: Rights) {
+        if let Some(job) = &mut self.job {
+            job.starter.rights = job.starter.rights.min(rights);
+        }
     }
 
     /// Sets whether the job's line waits for a temperature.
@@ -204,7 +208,7 @@ impl Jobs {
     /// Forgets a listener that has gone: the next visitor of its session has not asked for this job.
     pub fn session_ended(&mut self, session: SessionId) {
         let Some(job) = &mut self.job else { return };
-        for listener in [&mut job.listeners.echo, &mut job.listeners.tells_end] {
+        for listener in [&mut job.starter.echo, &mut job.starter.tells_end] {
             if *listener == Recipient::Session(session) {
                 *listener = Recipient::Nobody;
             }
@@ -221,7 +225,7 @@ impl Jobs {
         &mut self,
         texts: &Texts,
         path: &str,
-        listeners: Listeners,
+        starter: Starter,
         storage: &mut impl Storage,
         now: Micros,
     ) -> Result<u32, Failure> {
@@ -244,7 +248,7 @@ impl Jobs {
             written,
             lines: FileLines::played(file, storage),
             started: now,
-            listeners,
+            starter,
             paused: false,
             waits_for_operator: false,
             in_comment: false,
@@ -297,7 +301,7 @@ impl Jobs {
         if self.job.is_none() && core::mem::take(&mut self.boot_file_is_due) {
             let now = ports.now();
             // There need not be such a file.
-            let _ = self.open(texts, &config.player.on_boot_gcode, Listeners::default(), ports, now);
+            let _ = self.open(texts, &config.player.on_boot_gcode, Starter::default(), ports, now);
         }
     }
 

@@ -248,7 +248,7 @@ impl Jobs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::player::{Listeners, Next};
+    use crate::player::{Next, Starter};
     use base::bench::{Card, Desk};
     use base::sessions::LineBytes;
 
@@ -259,13 +259,7 @@ mod tests {
         let mut card = Card::with(&[("/sd/a.g", &"G1 X1 Y12\n".repeat(10))]);
         let mut jobs = Jobs::default();
         assert_eq!(
-            jobs.open(
-                &base::failure::Texts::new(),
-                "/sd/a.g",
-                Listeners::default(),
-                &mut card,
-                Micros::from_seconds(5)
-            ),
+            jobs.open(&base::failure::Texts::new(), "/sd/a.g", Starter::default(), &mut card, Micros::from_seconds(5)),
             Ok(100)
         );
         jobs.read_as(program::Dialect::Smoothie);
@@ -337,7 +331,7 @@ mod tests {
         jobs.executing(Some(tags[7]));
         jobs.set_heating(true);
         jobs.close(&mut card);
-        assert_eq!(jobs.open(&base::failure::Texts::new(), "/sd/a.g", Listeners::default(), &mut card, NOW), Ok(100));
+        assert_eq!(jobs.open(&base::failure::Texts::new(), "/sd/a.g", Starter::default(), &mut card, NOW), Ok(100));
         jobs.executing(Some(tags[7]));
         assert_eq!(said(&jobs, ""), "file: /sd/a.g, 0.0 % complete, elapsed time: 00:00:00\n");
     }

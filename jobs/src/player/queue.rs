@@ -3,7 +3,7 @@
 use base::failure::{Failure, Texts};
 use base::paths::Path;
 use base::ports::{OpenMode, Storage};
-use base::sessions::Reply;
+use base::sessions::{Reply, Rights};
 use heapless::Vec;
 
 /// Greatest number of files that can wait.
@@ -12,19 +12,25 @@ const MOST: usize = 16;
 /// Files in the order in which they are to be played. Forgotten at a reset.
 #[derive(Debug, Default)]
 pub struct Queue {
-    files: Vec<Path, MOST>,
+    files: Vec<(Path, Rights), MOST>,
 }
 
 impl Queue {
     /// Returns the next file to play.
     #[must_use]
     pub fn next(&self) -> Option<&Path> {
-        self.files.first()
+        self.files.first().map(|(path, _)| path)
+    }
+
+    /// Returns the rights of whoever added the next file; all without one.
+    #[must_use]
+    pub fn rights_of_next(&self) -> Rights {
+        self.files.first().map_or(Rights::Own, |(_, rights)| *rights)
     }
 
     /// Takes the next file out.
     pub fn take(&mut self) -> Option<Path> {
-        (!self.files.is_empty()).then(|| self.files.remove(0))
+        (!self.files.is_empty()).then(|| self.files.remove(0).0)
     }
 
     /// Edits or lists the queue: `add file [times]`, `remove place`, `clear`; nothing: lists them.
@@ -43,7 +49,7 @@ impl Queue {
         let rest = rest.trim();
         match word {
             "" | "list" => {}
-            "add" => self.add(texts, rest, absolute, storage)?,
+            "add" => self.add(texts, rest, absolute, storage, reply.rights())?,
             "remove" => {
                 let place = rest.parse::<usize>().ok().and_then(|place| place.checked_sub(1));
                 let place = place.filter(|place| *place < self.files.len());
@@ -55,7 +61,7 @@ impl Queue {
         if self.files.is_empty() {
             reply.say(format_args!("no file waits\n"));
         }
-        for (place, file) in self.files.iter().enumerate() {
+        for (place, (file, _)) in self.files.iter().enumerate() {
             reply.say(format_args!("{}: {file}\n", place + 1));
         }
         Ok(())
@@ -67,6 +73,7 @@ impl Queue {
         rest: &str,
         absolute: impl Fn(&str) -> Path,
         storage: &mut impl Storage,
+        rights: Rights,
     ) -> Result<(), Failure> {
         let whole = absolute(rest);
         // A name may end in a number.
@@ -86,7 +93,7 @@ impl Queue {
         }
         for _ in 0..times {
             // Room was checked above.
-            let _ = self.files.push(path.clone());
+            let _ = self.files.push((path.clone(), rights));
         }
         Ok(())
     }

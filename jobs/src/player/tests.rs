@@ -3,9 +3,9 @@ use base::bench::{Card, Desk};
 
 const ME: Recipient = Recipient::Session(SessionId(0));
 
-fn open(text: &str, listeners: Listeners) -> (Jobs, Card) {
+fn open(text: &str, starter: Starter) -> (Jobs, Card) {
     let (mut jobs, mut card) = (Jobs::default(), Card::with(&[("/sd/a.g", text)]));
-    assert_eq!(jobs.open(&Texts::new(), "/sd/a.g", listeners, &mut card, Micros(0)), Ok(text.len() as u32));
+    assert_eq!(jobs.open(&Texts::new(), "/sd/a.g", starter, &mut card, Micros(0)), Ok(text.len() as u32));
     jobs.read_as(Dialect::Smoothie);
     (jobs, card)
 }
@@ -22,7 +22,7 @@ fn paused(jobs: &mut Jobs, why: &str) -> String {
 
 #[test]
 fn lines_come_in_turn_and_the_end_stays() {
-    let (mut jobs, mut card) = open("G28\nG1 X1", Listeners::default());
+    let (mut jobs, mut card) = open("G28\nG1 X1", Starter::default());
     for line in ["G28", "G1 X1"] {
         assert_eq!(next(&mut jobs, &mut card), (Next::Line, line.into()));
     }
@@ -35,7 +35,7 @@ fn lines_come_in_turn_and_the_end_stays() {
 fn comments_take_no_tags() {
     let comments = "; thumbnail\n".repeat(600);
     let text = format!("G1 X1\n{comments}G1 X2\n");
-    let (mut jobs, mut card) = open(&text, Listeners::default());
+    let (mut jobs, mut card) = open(&text, Starter::default());
     next(&mut jobs, &mut card);
     let first = jobs.begin_line();
     while next(&mut jobs, &mut card).1 != "G1 X2" {
@@ -48,7 +48,7 @@ fn comments_take_no_tags() {
 
 #[test]
 fn a_line_that_cannot_be_carried_out_pauses_the_job_and_is_named() {
-    let (mut jobs, mut card) = open("G28\nG1 Yfoo\nG1 X1", Listeners::default());
+    let (mut jobs, mut card) = open("G28\nG1 Yfoo\nG1 X1", Starter::default());
     next(&mut jobs, &mut card);
     next(&mut jobs, &mut card);
     let what_to_do = "M24 goes on with the next line, abort ends the job\n";
@@ -64,7 +64,7 @@ fn a_line_that_cannot_be_carried_out_pauses_the_job_and_is_named() {
 
 #[test]
 fn a_session_that_has_gone_hears_of_no_job() {
-    let (mut jobs, mut card) = open("G28\n", Listeners { echo: ME, tells_end: ME, tells_date: false });
+    let (mut jobs, mut card) = open("G28\n", Starter { echo: ME, tells_end: ME, ..Starter::default() });
     jobs.session_ended(SessionId(1));
     assert_eq!((jobs.echo(), jobs.tells_end()), (ME, ME));
     jobs.session_ended(SessionId(0));
@@ -95,18 +95,18 @@ fn the_boot_file_is_played_once_and_need_not_be_there() {
 
 #[test]
 fn a_file_is_read_in_its_own_dialect_or_in_the_one_that_is_forced() {
-    let (mut jobs, _) = open("G28\n", Listeners::default());
+    let (mut jobs, _) = open("G28\n", Starter::default());
     assert_eq!(jobs.dialect(), Some(Dialect::Smoothie));
     jobs.read_as(Dialect::Marlin);
     assert_eq!(jobs.dialect(), Some(Dialect::Marlin));
     let (mut forced, mut card) = (Jobs::new(Some(Dialect::Grbl)), Card::with(&[("/sd/a.g", "G28\n")]));
-    forced.open(&Texts::new(), "/sd/a.g", Listeners::default(), &mut card, Micros(0)).unwrap();
+    forced.open(&Texts::new(), "/sd/a.g", Starter::default(), &mut card, Micros(0)).unwrap();
     assert_eq!(forced.dialect(), Some(Dialect::Grbl), "before a look at the file");
 }
 
 #[test]
 fn a_job_that_waits_for_its_operator_goes_on_by_him_and_once() {
-    let (mut jobs, mut card) = open("G28\n", Listeners::default());
+    let (mut jobs, mut card) = open("G28\n", Starter::default());
     assert!(!jobs.operator_is_done() && jobs.is_playing());
     jobs.wait_for_operator();
     assert!(jobs.waits_for_operator() && !jobs.is_playing() && jobs.is_open());

@@ -5,11 +5,12 @@ use core::fmt::Write as _;
 
 use base::failure::{Answer, Failure, Outcome};
 use base::paths::Path;
+use base::sessions::Reply;
 use base::{Ports, World};
 use gcode::{FlowLine, FlowWord};
 use jobs::files::Files;
 use jobs::files::logs::Logs;
-use jobs::player::{Jobs, Listeners};
+use jobs::player::{Jobs, Starter};
 use program::{FlowFault, Interpreter, Next};
 
 use crate::machine::effects::EffectHands;
@@ -62,7 +63,7 @@ pub(crate) fn run_line<'c>(hands: &mut impl FlowHands<'c>, line: &FlowLine<'_>, 
 /// Opens the file of an O word outside of files: only a subroutine that is a file is called there, and
 /// becomes a job.
 fn open_called<P: Ports>(
-    World { ports, texts, .. }: &mut World<'_, P>,
+    World { ports, texts, sessions, .. }: &mut World<'_, P>,
     jobs: &mut Jobs,
     files: &Files,
     line: &FlowLine<'_>,
@@ -76,7 +77,7 @@ fn open_called<P: Ports>(
         return Err(Failure::refused(&"the name is too long"));
     }
     let (path, now) = (files.absolute(&name), ports.now());
-    jobs.open(texts, &path, Listeners { tells_end: source.to, ..Listeners::default() }, ports, now).map(drop)
+    jobs.open(texts, &path, Starter::of(&Reply::new(sessions, source.to)), ports, now).map(drop)
 }
 
 /// Calls a subroutine by number (M98).

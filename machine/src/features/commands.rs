@@ -99,7 +99,7 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipi
     }
     may_run(machine.safety.state(), info)?;
     if info.is_for_owner {
-        machine.world.owner_only(to)?;
+        machine.world.owner_only(to, machine.jobs.rights())?;
     }
     machine.wait_for_door(info.states)?;
     if info.needs_card {

@@ -33,7 +33,7 @@ pub(crate) fn run<P: Ports>(
     to: Recipient,
 ) -> Outcome {
     if function.is_for_owner() {
-        machine.world.owner_only(to)?;
+        machine.world.owner_only(to, machine.jobs.rights())?;
     }
     if function.needs_card() {
         card::at_rest(machine);

@@ -6,7 +6,7 @@ use base::sessions::{Recipient, Reply};
 use base::{Ports, World};
 use gcode::Extended;
 use jobs::files::Files;
-use jobs::player::{Jobs, Listeners, Tower, parse_pause};
+use jobs::player::{Jobs, Starter, Tower, parse_pause};
 use program::Part;
 use units::Axis;
 
@@ -22,7 +22,10 @@ pub(crate) fn pause<'c>(hands: &mut impl JobHands<'c>, arguments: &str, to: Reci
         "" => return suspend::suspend(hands, true, to),
         "at" => {
             let (place, command) = parse_pause(rest)?;
+            let rights = hands.world().sessions.rights_of(to);
             hands.jobs().pauses.add(place, command)?;
+            // The command will be one of the job's lines.
+            hands.jobs().lower_rights(rights);
         }
         "next" if rest.trim() == "layer" => {
             let layer = hands.jobs().layers().current + 1;
@@ -102,8 +105,9 @@ fn play_next<P: Ports>(jobs: &mut Jobs, world: &mut World<'_, P>, to: Recipient)
     let next = jobs.queue.next().cloned();
     let path = next.ok_or_else(|| Failure::refused(&"no file waits: queue add file"))?;
     let now = world.ports.now();
-    let listeners = Listeners { tells_end: to, ..Listeners::default() };
-    let size = jobs.open(world.texts, &path, listeners, &mut world.ports, now)?;
+    let starter = Starter::of(&world.reply(to));
+    let size = jobs.open(world.texts, &path, starter, &mut world.ports, now)?;
+    jobs.lower_rights(jobs.queue.rights_of_next());
     jobs.queue.take();
     world.say(to, format_args!("Playing {path}\n  File size {size}\n"));
     Ok(Answer::Ok)

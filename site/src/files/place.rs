@@ -79,13 +79,17 @@ pub fn is_hidden(name: &str) -> bool {
     begins_with(name, ".velvet") || is_secret(name)
 }
 
+/// Files at the top of the card, and one folder, that only the owner may change beside those of the
+/// configuration: pages, firmware, GRBL's settings, and what each start plays without anybody asking.
+const OWNERS: [&str; 4] = ["www", "flashme.bin", "grbl-settings", "on_boot.gcode"];
+
 /// Returns whether only the owner may change the file or folder of this path: what the machine is set up by,
 /// and pages.
 #[must_use]
 pub fn is_for_owner(path: &str) -> bool {
     let rest = path.get(CARD.len()..).unwrap_or_default().trim_start_matches('/');
     let first = rest.split('/').next().unwrap_or_default();
-    ["www", "flashme.bin"].into_iter().any(|known| is(first, known))
+    OWNERS.into_iter().any(|known| is(first, known))
         || ends_with(first, "config.ini")
         || begins_with(first, "config.")
         || begins_with(first, "config-override")
@@ -165,6 +169,8 @@ mod tests {
             "/sd/config.default",
             "/sd/config-override.x",
             "/sd/flashme.bin",
+            "/sd/grbl-settings",
+            "/sd/On_Boot.gcode",
             "/sd/www",
             "/sd/WWW/index.html",
         ] {

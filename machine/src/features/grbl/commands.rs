@@ -45,7 +45,8 @@ pub(crate) fn run<'c>(hands: &mut impl GrblHands<'c>, command: &str, to: Recipie
     }
     if command.contains('=') {
         // What is set is also saved.
-        hands.world().owner_only(to)?;
+        let job = hands.jobs().rights();
+        hands.world().owner_only(to, job)?;
     }
     if let Some(axes) = command.strip_prefix('H') {
         return home(hands, axes, to);

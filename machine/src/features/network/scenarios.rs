@@ -213,6 +213,41 @@ fn the_owner_changes_them_over_the_network_as_well() {
 }
 
 #[test]
+fn a_file_may_do_what_its_starter_may() {
+    let save = "M500\nG4 P1\n";
+    let profile = SessionProfile { kind: ConsoleKind::Network, rights: Rights::Operate, dialect: None, greeting: "" };
+    let start = || {
+        let mut bench = with_network().file("save.g", save).file("idle.g", "G4 S2\nM500\n").visitor(profile).start();
+        bench.set_open(FAR, true);
+        bench
+    };
+    for begins in ["play /sd/save.g -v", "M32 save.g", "M23 save.g\nM24", "queue add /sd/save.g\nqueue next"] {
+        let mut bench = start();
+        bench.type_on(FAR, &format!("{begins}\n"));
+        let said = bench.hear(3.0);
+        assert!(said.contains("this is for who has the machine's password"), "{begins}: {said}");
+        assert_eq!(bench.read_card("config-override"), None, "{begins}");
+        bench.say("abort");
+        // The owner's own start of the same file counts, and so does a selection that somebody else made.
+        ask_far(&mut bench, "M23 save.g");
+        bench.say("M24");
+        bench.hear(3.0);
+        assert!(bench.read_card("config-override").is_some(), "{begins}");
+    }
+    // Going on with a job, and adding to it, gives it no more rights.
+    let mut bench = start();
+    ask_far(&mut bench, "play /sd/idle.g");
+    ask_far(&mut bench, "M25");
+    bench.say("M24");
+    assert!(bench.hear(4.0).contains("this is for who has"));
+    let mut bench = start();
+    bench.say("play /sd/idle.g");
+    ask_far(&mut bench, "pause at line 2 M30 idle.g");
+    assert!(bench.hear(4.0).contains("this is for who has"));
+    assert!(bench.read_card("idle.g").is_some());
+}
+
+#[test]
 fn settings_of_grbl_are_the_owners_too() {
     let mut bench = with_network()
         .set("[general] grbl_mode = true")

@@ -13,7 +13,7 @@ use base::sessions::Recipient;
 use base::{Ports, World};
 use config::{HomingDirection, MachineConfig};
 use jobs::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
-use jobs::player::{Listeners, Scripts};
+use jobs::player::{Scripts, Starter};
 use motion::Mode;
 use motion::compensation::Bed;
 use parts::z_thermal::Thermal;
@@ -140,10 +140,10 @@ pub(crate) fn command<'c>(hands: &mut impl RecoveryHands<'c>, words: &Words<'_>,
 }
 
 fn begin<'c>(hands: &mut impl RecoveryHands<'c>, offer: Offer, z: Option<f64>, to: Recipient) -> Outcome {
-    let listeners = Listeners { tells_end: to, ..Listeners::default() };
+    let starter = Starter::of(&hands.world().reply(to));
     let (jobs, World { ports, texts, .. }) = hands.jobs_in_world();
     let (texts, now) = (*texts, ports.now());
-    jobs.open(texts, &offer.file.path, listeners, ports, now)?;
+    jobs.open(texts, &offer.file.path, starter, ports, now)?;
     let _begun_before = (jobs.take_new(), jobs.scripts().map(Scripts::take_before));
     let failed = |error: StorageError| texts.about_file(&offer.file.path, error.text());
     let file = machine_value(ports).and_then(|value| jobs.played_file(value, ports)).map_err(failed)?;
