@@ -19,6 +19,8 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 const KEEP_ALIVE: Duration = Duration::from_secs(5);
 /// Time that the end of a connection may take.
 const CLOSING: Duration = Duration::from_secs(5);
+/// The same for a peer that has acknowledged everything, while others find no place.
+const CLOSING_IN_A_CROWD: Duration = Duration::from_millis(500);
 
 /// Wish of the server for a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,6 +147,8 @@ struct Place {
 pub struct Places {
     places: [Place; STREAMS],
     port: Option<u16>,
+    /// No place is free.
+    is_full: bool,
 }
 
 /// Sets a socket up for a web connection.
@@ -161,7 +165,11 @@ impl Places {
     /// Makes empty places that are listened at, if there is a port.
     pub fn new(port: Option<u16>, sockets: [SocketHandle; STREAMS]) -> Self {
         let port = port.filter(|port| *port != 0);
-        Self { places: sockets.map(|handle| Place { handle, stage: Stage::Empty, half_open: None }), port }
+        Self {
+            places: sockets.map(|handle| Place { handle, stage: Stage::Empty, half_open: None }),
+            port,
+            is_full: false,
+        }
     }
 
     /// Returns how many peers there are.
@@ -196,6 +204,7 @@ impl Places {
             socket.abort();
             listens = socket.listen(port).is_ok();
         }
+        self.is_full = !listens;
         (!listens).then_some(port)
     }
 
@@ -208,7 +217,8 @@ impl Places {
         now: Instant,
     ) {
         for (number, place) in self.places.iter_mut().enumerate() {
-            place.run(number, sockets.get_mut(place.handle), server, scratch, now);
+            let patience = if self.is_full { CLOSING_IN_A_CROWD } else { CLOSING };
+            place.run(number, sockets.get_mut(place.handle), server, scratch, now, patience);
         }
     }
 }
@@ -221,12 +231,13 @@ impl Place {
         server: &mut impl Streams,
         scratch: &mut [u8],
         now: Instant,
+        patience: Duration,
     ) {
         match socket.state() {
             State::Closed | State::Listen | State::SynSent | State::SynReceived => self.leave(number, server),
             State::Established | State::CloseWait => self.serve(number, socket, server, scratch, now),
             State::FinWait1 | State::FinWait2 | State::Closing | State::LastAck | State::TimeWait => {
-                self.end(number, socket, server, now);
+                self.end(number, socket, server, now, patience);
             }
         }
     }
@@ -284,10 +295,19 @@ impl Place {
         }
     }
 
-    /// Waits for the end of a connection that this side has closed. What still comes is dropped.
-    fn end(&mut self, number: usize, socket: &mut Socket<'static>, server: &mut impl Streams, now: Instant) {
+    /// Waits for the end of a connection that this side has closed. What still comes is dropped. A peer that
+    /// has acknowledged everything is waited for with `patience`, as nothing is lost without its own end.
+    fn end(
+        &mut self,
+        number: usize,
+        socket: &mut Socket<'static>,
+        server: &mut impl Streams,
+        now: Instant,
+        patience: Duration,
+    ) {
         let _dropped = socket.recv(|bytes| (bytes.len(), ()));
-        let is_late = matches!(self.stage, Stage::Closing(since) if now >= since + CLOSING);
+        let longest = if socket.state() == State::FinWait2 { patience } else { CLOSING };
+        let is_late = matches!(self.stage, Stage::Closing(since) if now >= since + longest);
         if socket.state() == State::TimeWait || is_late {
             socket.abort();
             self.leave(number, server);

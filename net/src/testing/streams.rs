@@ -14,7 +14,7 @@ struct Echo {
     dies: bool,
 }
 
-/// The server. The word `die` ends a connection at once.
+/// The server. The word `die` ends a connection at once, and `bye` closes the server's side of it.
 #[derive(Debug, Default)]
 pub struct TestStreams {
     connections: BTreeMap<usize, Echo>,
@@ -56,6 +56,7 @@ impl Streams for TestStreams {
         let count = bytes.len().min(MOST - echo.queue.len());
         echo.queue.extend(bytes[..count].iter());
         echo.dies |= bytes == b"die\n";
+        echo.has_ended |= bytes == b"bye\n";
         count
     }
 

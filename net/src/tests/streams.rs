@@ -94,6 +94,22 @@ fn a_server_may_end_a_connection_at_once() {
 }
 
 #[test]
+fn who_does_not_go_makes_room_for_who_waits() {
+    let mut bench = web();
+    let clients: Vec<_> = (0..STREAMS).map(|_| bench.connect(PORT)).collect();
+    // The board closes its side; the peers acknowledge that and never close theirs.
+    bench.desk.send(clients[0], b"bye\n");
+    bench.run(2 * SECOND);
+    assert_eq!(bench.streams.closed, 1, "nobody listened, so its place is free at once");
+    for client in &clients[1..] {
+        bench.desk.send(*client, b"bye\n");
+    }
+    bench.run(2 * SECOND);
+    assert_eq!(bench.streams.closed, 1, "the others get the usual time, as there is room");
+    assert!(bench.until(10 * SECOND, |bench| bench.streams.closed == STREAMS));
+}
+
+#[test]
 fn dead_peers_free_their_places() {
     let mut bench = web();
     let clients: Vec<_> = (0..STREAMS).map(|_| bench.connect(PORT)).collect();

@@ -1,5 +1,6 @@
 //! The network on the real image: the board at a cable, with a computer at its other end.
 
+mod abuse;
 mod access;
 mod addresses;
 mod cables;

@@ -10,7 +10,7 @@ use crate::schedule::{Motion, motions};
 
 const CONSOLE: &str = "[network] password_required = false";
 /// Job with lines, arcs and extrusion, and two stops.
-const JOB: &str = "G28.3 X30 Y30 Z30
+pub(super) const JOB: &str = "G28.3 X30 Y30 Z30
 G92 E0
 G1 X40 Y30 E0.5 F9000
 G1 X50 Y38 E1
@@ -30,12 +30,17 @@ const TOLERANCE_NS: u64 = 250;
 const HOMING_TOLERANCE_NS: u64 = 5_000;
 
 /// Time in which a job must be done, ms: the one above, and a print of some minutes.
-const PATIENCE_MS: u64 = 60 * SECOND;
+pub(super) const PATIENCE_MS: u64 = 60 * SECOND;
 const PATIENCE_OF_A_PRINT_MS: u64 = 1_800 * SECOND;
 
-/// Plays a job while `disturb` is called each millisecond. Returns its motions.
-fn played(job: &str, patience_ms: u64, mut disturb: impl FnMut(&mut Net, u64)) -> Vec<Motion> {
-    let mut net = Net::with_address(plan(&[CONSOLE]).file("job.g", job));
+/// Plays a job, with these lines in the configuration, while `disturb` is called each millisecond. Returns its motions.
+pub(super) fn played(
+    lines: &[&str],
+    job: &str,
+    patience_ms: u64,
+    mut disturb: impl FnMut(&mut Net, u64),
+) -> Vec<Motion> {
+    let mut net = Net::with_address(plan(lines).file("job.g", job));
     net.ask("M23 job.g");
     let before = net.velvet.said().len();
     net.velvet.type_in("M24");
@@ -55,7 +60,7 @@ fn played(job: &str, patience_ms: u64, mut disturb: impl FnMut(&mut Net, u64)) -
 /// the switch, at a run of the step feed, whose phase is another in each start; such a motion is held to
 /// [`HOMING_TOLERANCE_NS`].
 #[track_caller]
-fn assert_same(quiet: &[Motion], busy: &[Motion], homes: bool) {
+pub(super) fn assert_same(quiet: &[Motion], busy: &[Motion], homes: bool) {
     assert_eq!(quiet.len(), busy.len(), "motions");
     for (number, (quiet, busy)) in quiet.iter().zip(busy).enumerate() {
         assert_eq!(quiet.len(), busy.len(), "edges");
@@ -119,7 +124,7 @@ impl BadLine {
 
 #[test]
 fn floods_storms_and_a_bad_cable_leave_every_step_where_it_is() {
-    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(JOB, PATIENCE_MS, disturb);
+    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(&[CONSOLE], JOB, PATIENCE_MS, disturb);
     let quiet = played(&mut |_, _| {});
     assert!(quiet.iter().map(Vec::len).sum::<usize>() > 5_000, "a job that moves");
     assert_same(&quiet, &played(&mut flood), false);
@@ -134,7 +139,7 @@ fn a_whole_print_is_stepped_alike() {
     let file = std::env::var("VELVET_GCODE")
         .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../demo/part.gcode").into());
     let job = std::fs::read_to_string(&file).unwrap_or_else(|error| panic!("{file}: {error}"));
-    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(&job, PATIENCE_OF_A_PRINT_MS, disturb);
+    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(&[CONSOLE], &job, PATIENCE_OF_A_PRINT_MS, disturb);
     let homes = job.lines().any(|line| line.starts_with("G28"));
     let quiet = played(&mut |_, _| {});
     println!("{} edges", quiet.iter().map(Vec::len).sum::<usize>());
