@@ -11,6 +11,8 @@ unsafe extern "C" {
     static mut __sitcm: u32;
     static mut __eitcm: u32;
     static __siitcm: u32;
+    static mut __sitcm_data: u32;
+    static mut __eitcm_data: u32;
     static __saxizero: u32;
     static __eaxizero: u32;
     static mut __saxisram: u32;
@@ -32,6 +34,10 @@ unsafe extern "C" {
 const VECTORS: usize = 256;
 /// Address of the copied vector table: the bottom of the ITCM, which `memory.x` leaves free.
 const ITCM_VECTORS: usize = 0x0000_0000;
+/// Data in the ITCM; `memory.x` says the same.
+const ITCM_DATA_START: u32 = 0x0000_8000;
+/// Size of that memory in bytes.
+const ITCM_DATA_BYTES: u32 = 32 * 1024;
 /// First address of the DMA arena; `memory.x` says the same and its size is asserted there.
 pub const DMA_ARENA_START: u32 = 0x2406_C000;
 /// Size of the DMA arena in bytes.
@@ -76,7 +82,7 @@ extern "C" fn __pre_init() {
     )
 }
 
-/// Copies code and vectors to the ITCM, zeroes the two regions that `cortex-m-rt` does not know, sets the MPU
+/// Copies code and vectors to the ITCM, zeroes the three regions that `cortex-m-rt` does not know, sets the MPU
 /// and the caches.
 ///
 /// Call once, before any interrupt is enabled and before anything in those regions is used.
@@ -86,6 +92,7 @@ pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID, flash: Fl
     // are off.
     unsafe {
         copy_words(addr_of!(__siitcm), addr_of_mut!(__sitcm), addr_of_mut!(__eitcm));
+        zero_words(addr_of_mut!(__sitcm_data), addr_of_mut!(__eitcm_data));
         zero_words(addr_of_mut!(__saxisram), addr_of_mut!(__eaxisram));
         zero_words(addr_of_mut!(__sdma_arena), addr_of_mut!(__edma_arena));
         copy_vectors();
@@ -190,7 +197,7 @@ mod rasr {
 /// Returns base, attributes and size of each MPU region, over the default map (ARMv7-M ARM B3.5): the DMA
 /// arena becomes normal non-cacheable memory, the strips below the stacks' limits become untouchable, so that
 /// an overflow is a fault and not a corrupted plan.
-fn regions(flash: FlashUse) -> [(u32, u32); 12] {
+fn regions(flash: FlashUse) -> [(u32, u32); 13] {
     use rasr::{
         EXECUTE_NEVER, FULL_ACCESS, NO_ACCESS, NORMAL_NON_CACHEABLE, READ_ONLY, WRITE_BACK, WRITE_THROUGH, size,
     };
@@ -222,6 +229,8 @@ fn regions(flash: FlashUse) -> [(u32, u32); 12] {
         (sector, of_sector | WRITE_THROUGH | size(SECTOR_BYTES)),
         // SRAM3, for the DMAs of its domain.
         (D2_DMA_START, SHARED | size(D2_DMA_BYTES)),
+        // The upper half of the ITCM; where regions overlap, the greater number counts.
+        (ITCM_DATA_START, EXECUTE_NEVER | FULL_ACCESS | WRITE_THROUGH | size(ITCM_DATA_BYTES)),
     ]
 }
 
@@ -311,7 +320,7 @@ pub fn main_stack_unused_bytes() -> u32 {
     4 * (stack_limit()..DTCM_END).step_by(4).take_while(untouched).count() as u32
 }
 
-/// Returns the size of the statics in bytes, in DTCM, AXI SRAM, SRAM1, SRAM2, SRAM4 and the DMA arena
+/// Returns the size of the statics in bytes, in DTCM, ITCM, AXI SRAM, SRAM1, SRAM2, SRAM4 and the DMA arena
 /// together.
 #[must_use]
 pub fn static_bytes() -> u32 {
@@ -322,5 +331,6 @@ pub fn static_bytes() -> u32 {
         + length(addr_of!(__saxisram), addr_of!(__eaxisram))
         + length(addr_of!(__sd2ram), addr_of!(__ed2ram))
         + length(addr_of!(__sdma_arena), addr_of!(__edma_arena))
+        + length(addr_of!(__sitcm_data), addr_of!(__eitcm_data))
         + length(addr_of!(__skept), addr_of!(__ekept))
 }
