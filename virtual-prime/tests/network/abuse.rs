@@ -86,9 +86,9 @@ impl Crowd {
 
 #[test]
 fn a_crowd_that_talks_nonsense_leaves_every_step_where_it_is() {
-    let quiet = played(&[OPEN, PAGE], JOB, PATIENCE_MS, |_, _| {});
+    let quiet = played(plan(&[OPEN, PAGE]).file("job.g", JOB), PATIENCE_MS, |_, _| {});
     let mut crowd = Crowd::default();
-    let busy = played(&[OPEN, PAGE], JOB, PATIENCE_MS, |net, now| crowd.disturb(net, now));
+    let busy = played(plan(&[OPEN, PAGE]).file("job.g", JOB), PATIENCE_MS, |net, now| crowd.disturb(net, now));
     assert_same(&quiet, &busy, false);
     assert!(crowd.came >= 1_000 && crowd.answered >= 100, "{} came, {} answered", crowd.came, crowd.answered);
 }

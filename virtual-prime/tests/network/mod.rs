@@ -9,6 +9,7 @@ mod jogs;
 mod motion;
 mod page;
 mod path;
+mod print_beside;
 mod storms;
 mod uploads;
 

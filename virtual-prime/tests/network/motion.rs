@@ -5,7 +5,7 @@ use virtual_prime::net_desk::impairment::Impairment;
 use virtual_prime::net_desk::peer::Connection;
 
 use super::{Net, plan};
-use crate::common::velvet::SECOND;
+use crate::common::velvet::{Plan, SECOND};
 use crate::schedule::{Motion, motions};
 
 const CONSOLE: &str = "[network] password_required = false";
@@ -31,16 +31,11 @@ const HOMING_TOLERANCE_NS: u64 = 5_000;
 
 /// Time in which a job must be done, ms: the one above, and a print of some minutes.
 pub(super) const PATIENCE_MS: u64 = 60 * SECOND;
-const PATIENCE_OF_A_PRINT_MS: u64 = 1_800 * SECOND;
+pub(super) const PATIENCE_OF_A_PRINT_MS: u64 = 1_800 * SECOND;
 
-/// Plays a job, with these lines in the configuration, while `disturb` is called each millisecond. Returns its motions.
-pub(super) fn played(
-    lines: &[&str],
-    job: &str,
-    patience_ms: u64,
-    mut disturb: impl FnMut(&mut Net, u64),
-) -> Vec<Motion> {
-    let mut net = Net::with_address(plan(lines).file("job.g", job));
+/// Plays `job.g` of the card while `disturb` is called each millisecond. Returns its motions.
+pub(super) fn played(plan: Plan, patience_ms: u64, mut disturb: impl FnMut(&mut Net, u64)) -> Vec<Motion> {
+    let mut net = Net::with_address(plan);
     net.ask("M23 job.g");
     let before = net.velvet.said().len();
     net.velvet.type_in("M24");
@@ -54,6 +49,10 @@ pub(super) fn played(
     let said = net.ask("get steps");
     assert!(said.contains("late: 0 (") && said.contains("delayed: 0\n"), "{said}");
     motions(&net.velvet.world(|world| world.trace_mut().take()))
+}
+
+fn with_job(job: &str) -> Plan {
+    plan(&[CONSOLE]).file("job.g", job)
 }
 
 /// Compares motions edge by edge. The first one may be of homing: there each move begins, and the brake at
@@ -74,7 +73,7 @@ pub(super) fn assert_same(quiet: &[Motion], busy: &[Motion], homes: bool) {
 
 /// Says how far edges of a busy run are from their places: how many are not exactly there, how many are
 /// farther away than [`TOLERANCE_NS`], and the greatest distance.
-fn distances(quiet: &Motion, busy: &Motion) -> String {
+pub(super) fn distances(quiet: &Motion, busy: &Motion) -> String {
     let away: Vec<u64> =
         quiet.iter().zip(busy).map(|(one, other)| one.0.abs_diff(other.0)).filter(|&distance| distance > 0).collect();
     let far = away.iter().filter(|&&distance| distance > TOLERANCE_NS).count();
@@ -124,7 +123,7 @@ impl BadLine {
 
 #[test]
 fn floods_storms_and_a_bad_cable_leave_every_step_where_it_is() {
-    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(&[CONSOLE], JOB, PATIENCE_MS, disturb);
+    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(with_job(JOB), PATIENCE_MS, disturb);
     let quiet = played(&mut |_, _| {});
     assert!(quiet.iter().map(Vec::len).sum::<usize>() > 5_000, "a job that moves");
     assert_same(&quiet, &played(&mut flood), false);
@@ -139,7 +138,7 @@ fn a_whole_print_is_stepped_alike() {
     let file = std::env::var("VELVET_GCODE")
         .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../demo/part.gcode").into());
     let job = std::fs::read_to_string(&file).unwrap_or_else(|error| panic!("{file}: {error}"));
-    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(&[CONSOLE], &job, PATIENCE_OF_A_PRINT_MS, disturb);
+    let played = |disturb: &mut dyn FnMut(&mut Net, u64)| played(with_job(&job), PATIENCE_OF_A_PRINT_MS, disturb);
     let homes = job.lines().any(|line| line.starts_with("G28"));
     let quiet = played(&mut |_, _| {});
     println!("{} edges", quiet.iter().map(Vec::len).sum::<usize>());

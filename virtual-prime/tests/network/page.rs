@@ -37,14 +37,19 @@ pub(super) fn socket(net: &mut Net) -> Connection {
 /// Opens a WebSocket with these header lines.
 pub(super) fn socket_with(net: &mut Net, lines: &str) -> Connection {
     let visitor = net.connect(PORT);
+    ask_for_socket(net, visitor, lines);
+    // The value for this key is that of RFC 6455 section 1.3.
+    net.expect(visitor, "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n", 2 * SECOND);
+    visitor
+}
+
+/// Asks for a WebSocket, with these header lines.
+pub(super) fn ask_for_socket(net: &mut Net, visitor: Connection, lines: &str) {
     let request = format!(
         "GET /websocket HTTP/1.1\r\nHost: 10.0.2.15\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n{lines}\
          Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
     );
     net.send(visitor, request.as_bytes());
-    // The value for this key is that of RFC 6455 section 1.3.
-    net.expect(visitor, "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n\r\n", 2 * SECOND);
-    visitor
 }
 
 /// Sends a call as a frame with a mask of zeros.

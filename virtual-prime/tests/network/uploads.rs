@@ -16,7 +16,7 @@ const PIECE: usize = 16_384;
 const PATIENCE: u64 = 60 * SECOND;
 
 /// An upload on its way.
-struct Upload {
+pub(super) struct Upload {
     visitor: Connection,
     request: Vec<u8>,
     sent: usize,
@@ -25,6 +25,15 @@ struct Upload {
 
 impl Upload {
     fn begin(net: &mut Net, path: &str, name: &str, content: &[u8]) -> Self {
+        Self::over(net.connect(PORT), path, name, content)
+    }
+
+    /// Begins on a connection that is being made.
+    pub(super) fn prepare(net: &mut Net, path: &str, name: &str, content: &[u8]) -> Option<Self> {
+        net.peer.connect(PORT).map(|visitor| Self::over(visitor, path, name, content))
+    }
+
+    fn over(visitor: Connection, path: &str, name: &str, content: &[u8]) -> Self {
         let part = |field: &str| format!("--{BOUNDARY}\r\nContent-Disposition: form-data; name=\"{field}\"");
         let mut body = format!("{}\r\n\r\ngcodes\r\n{}\r\n\r\n{path}\r\n", part("root"), part("path")).into_bytes();
         body.extend(format!("{}; filename=\"{name}\"\r\n\r\n", part("file")).bytes());
@@ -37,15 +46,23 @@ impl Upload {
         )
         .into_bytes();
         request.extend(body);
-        Self { visitor: net.connect(PORT), request, sent: 0, heard: Vec::new() }
+        Self { visitor, request, sent: 0, heard: Vec::new() }
     }
 
     /// Sends as much as there is room for, and hears. True when the answer is whole.
-    fn go_on(&mut self, net: &mut Net) -> bool {
+    pub(super) fn go_on(&mut self, net: &mut Net) -> bool {
         let rest = &self.request[self.sent..];
         self.sent += net.peer.send(self.visitor, &rest[..rest.len().min(PIECE)]);
         self.heard.extend(net.peer.receive(self.visitor));
         String::from_utf8_lossy(&self.heard).trim_end().ends_with(['}', '0'])
+    }
+
+    pub(super) fn visitor(&self) -> Connection {
+        self.visitor
+    }
+
+    pub(super) fn heard(&self) -> String {
+        String::from_utf8_lossy(&self.heard).into_owned()
     }
 
     /// Sends all of it. Returns the answer.
@@ -56,7 +73,7 @@ impl Upload {
             net.run(1);
         }
         net.peer.close(self.visitor);
-        String::from_utf8_lossy(&self.heard).into_owned()
+        self.heard()
     }
 }
 
@@ -91,7 +108,7 @@ fn download(net: &mut Net, path: &str) -> Vec<u8> {
 
 /// The card's files on a volume with clusters of 8 kB, as cards of a few gigabytes have them: with those of
 /// one block, most of what is written is tables.
-fn in_large_clusters(card: &[u8], names: &[&str]) -> Vec<u8> {
+pub(super) fn in_large_clusters(card: &[u8], names: &[&str]) -> Vec<u8> {
     let mut image = Cursor::new(vec![0; 64 << 20]);
     let options = fatfs::FormatVolumeOptions::new().fat_type(fatfs::FatType::Fat16).bytes_per_cluster(8_192);
     fatfs::format_volume(&mut image, options).expect("a volume");
@@ -105,7 +122,7 @@ fn in_large_clusters(card: &[u8], names: &[&str]) -> Vec<u8> {
 }
 
 /// A job of so many lines, with ends of lines as Windows has them.
-fn job(lines: usize) -> Vec<u8> {
+pub(super) fn job(lines: usize) -> Vec<u8> {
     (0..lines)
         .flat_map(|line| format!("G1 X{} Y{} E0.0{}\r\n", line % 200, line / 200, line % 9).into_bytes())
         .collect()
@@ -246,7 +263,7 @@ fn a_large_file_comes_while_a_print_is_watched() {
         told += watchers.iter().map(|watcher| net.peer.receive(*watcher).len()).sum::<usize>();
     }
     let took = net.velvet.now_ms() - began;
-    let answer = String::from_utf8_lossy(&upload.heard).into_owned();
+    let answer = upload.heard();
     println!(
         "{} bytes in {took} ms: {} kB/s; {told} bytes to those who watch",
         content.len(),
