@@ -6,6 +6,7 @@ use heapless::Vec;
 use program::{Spindle, State};
 use units::{Axis, AxisSet, Celsius, MAX_HEATERS, MmPerSecond, PerAxis};
 
+use crate::bed::MeshName;
 use crate::paths::Path;
 
 /// Most fans that are shown: one for each that the configuration may describe.
@@ -67,6 +68,21 @@ pub struct Snapshot {
     pub spindle: Option<SpindleShown>,
     /// Whether flood and mist are on; none where no output is coolant's.
     pub coolant: Option<[bool; 2]>,
+    /// The mesh that levels the machine, while one does.
+    pub mesh: Option<MeshShown>,
+}
+
+/// Mesh of the bed, but for its heights, which viewers are given apart: they are many, and seldom change.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeshShown {
+    /// Name of the file that it is saved in; empty: it is not.
+    pub name: MeshName,
+    /// Least and greatest place of its points, X and Y in mm.
+    pub ends: [[f64; 2]; 2],
+    /// Points along X and along Y.
+    pub count: [u8; 2],
+    /// Number that changes with the heights; not 0.
+    pub number: u32,
 }
 
 /// Switch at an end of an axis.

@@ -264,6 +264,11 @@ impl BoardNetwork {
         self.joined.as_ref().is_some_and(|joined| joined.page.wants_snapshot())
     }
 
+    /// Returns whether the page has yet to be given the heights of the mesh of this number.
+    pub fn wants_heights(&self, number: u32) -> bool {
+        self.joined.as_ref().is_some_and(|joined| joined.page.wants_heights(number))
+    }
+
     /// Shows the machine as it is now.
     pub fn show(&mut self, snapshot: &Snapshot) {
         if let Some(joined) = self.joined.as_mut() {

@@ -22,6 +22,10 @@ const STREAM_BYTES: usize = net::STREAM_BYTES;
 #[unsafe(link_section = ".axisram")]
 static mut PLACE: MaybeUninit<Page> = MaybeUninit::uninit();
 
+/// Memory of the site that may be slow. All zero, as the section is.
+#[unsafe(link_section = ".d2ram")]
+static mut MEMORY: site::Memory = site::Memory::new();
+
 /// The page.
 pub struct Page {
     site: Site<STREAMS>,
@@ -52,19 +56,20 @@ impl Page {
     /// May be called once only: each call gives out the one place.
     #[inline(never)]
     pub unsafe fn make(host: &str, without: Role, is_served: bool) -> &'static mut Self {
-        let place = &raw mut PLACE;
-        // SAFETY: the caller calls this once, and nothing else names the static.
-        let page = unsafe { (*place).write(Self::new(without, is_served)) };
+        let (place, memory) = (&raw mut PLACE, &raw mut MEMORY);
+        // SAFETY: the caller calls this once, and nothing else names the statics; the board is up, so the
+        // memory has been zeroed, which is what it is at first.
+        let page = unsafe { (*place).write(Self::new(without, is_served, &mut *memory)) };
         page.set_host(host);
         page
     }
 
-    fn new(without: Role, is_served: bool) -> Self {
+    fn new(without: Role, is_served: bool, memory: &'static mut site::Memory) -> Self {
         let mut intake = Intake::new();
         if is_served {
             Console::Page.inbox().open(&mut intake);
         }
-        let site = Site::new(env!("VELVET_VERSION"), without);
+        let site = Site::new(env!("VELVET_VERSION"), without, memory);
         Self { site, intake, rights: Rights::Watch, password: NewPassword::Nothing }
     }
 
@@ -96,6 +101,11 @@ impl Page {
     /// Returns whether somebody wants to see the machine as it is now.
     pub fn wants_snapshot(&self) -> bool {
         self.site.wants_snapshot(now_ms(time::now().0))
+    }
+
+    /// Returns whether the site has yet to be given the heights of the mesh of this number.
+    pub fn wants_heights(&self, number: u32) -> bool {
+        self.site.wants_heights(number)
     }
 
     /// Shows the machine as it is now.

@@ -87,13 +87,17 @@ pub enum Method {
     JogStop,
     Override,
     PathSince,
+    /// Temperatures of the last minutes.
+    Temperatures,
+    /// Lines of the console from before.
+    Lines,
     Help,
     /// Question about files, or a change of them.
     Files(Ask),
 }
 
 /// All methods by their names.
-pub const METHODS: [(&str, Method); 37] = [
+pub const METHODS: [(&str, Method); 39] = [
     ("server.files.list", Method::Files(Ask::List)),
     ("server.files.get_directory", Method::Files(Ask::Directory)),
     ("server.files.metadata", Method::Files(Ask::Metadata)),
@@ -119,6 +123,8 @@ pub const METHODS: [(&str, Method); 37] = [
     ("velvet.jog.stop", Method::JogStop),
     ("velvet.override.set", Method::Override),
     ("velvet.path.since", Method::PathSince),
+    ("server.temperature_store", Method::Temperatures),
+    ("server.gcode_store", Method::Lines),
     ("printer.gcode.help", Method::Help),
     ("server.connection.identify", Method::Identify),
     ("server.info", Method::ServerInfo),
@@ -147,6 +153,8 @@ impl Method {
             | Self::QueryObjects
             | Self::Subscribe
             | Self::PathSince
+            | Self::Temperatures
+            | Self::Lines
             | Self::Ask
             | Self::Help
             | Self::EmergencyStop
@@ -288,10 +296,12 @@ pub enum Quantity {
     /// Share of the speed of rapids, and of the spindle's.
     Rapid,
     Spindle,
+    /// Number of lines that are wanted.
+    Count,
 }
 
 /// Count of the quantities.
-const QUANTITIES: usize = 8;
+const QUANTITIES: usize = 9;
 
 impl Quantity {
     fn named(key: &str) -> Option<Self> {
@@ -304,6 +314,7 @@ impl Quantity {
             "seq" => Some(Self::Seq),
             "rapid" => Some(Self::Rapid),
             "spindle" => Some(Self::Spindle),
+            "count" => Some(Self::Count),
             _ => None,
         }
     }

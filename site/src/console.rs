@@ -6,13 +6,14 @@ use http::Role;
 
 use crate::access::Pass;
 use crate::calls::{Id, SCRIPT_BYTES};
+use crate::jog::JOG_PLACE;
 
 /// Most scripts that wait, or are carried out.
 const SCRIPTS: usize = 6;
 /// Bytes of lines that wait.
 const WAITING_BYTES: usize = 2 * SCRIPT_BYTES;
 /// Bytes of what the machine said last.
-const SAID_BYTES: usize = 2_048;
+pub const SAID_BYTES: usize = 4_096;
 /// Longest line that is passed on in one piece.
 pub const LINE_BYTES: usize = 324;
 /// Mark before what is refused, and before faults.
@@ -27,6 +28,13 @@ const LONG_ANSWER_MS: u64 = 500;
 const REASON: &str = "error:";
 /// Listener of a line that is for everybody.
 const EVERYBODY: u8 = 0xFF;
+/// Listener of a line that was sent to the machine: nobody hears it, and who comes later is told.
+const SENT: u8 = 0xFE;
+/// Command whose lines are not kept, as they hold a secret.
+const SECRET: &str = "password";
+/// Bytes before a line that is kept: its listener, and its time in groups of seven bits, which no line feed is.
+const HEAD_BYTES: usize = 1 + TIME_BYTES;
+const TIME_BYTES: usize = 4;
 
 /// Visitor that a script is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +88,8 @@ pub struct Said {
     pub text: String<LINE_BYTES>,
     /// Place of the next line.
     pub next: u32,
+    /// Time since the start, seconds.
+    pub at_s: u32,
     listener: u8,
 }
 
@@ -88,6 +98,12 @@ impl Said {
     #[must_use]
     pub const fn is_private(&self) -> bool {
         self.listener != EVERYBODY
+    }
+
+    /// Returns whether the line was sent to the machine.
+    #[must_use]
+    pub const fn is_sent(&self) -> bool {
+        self.listener == SENT
     }
 
     /// Returns why the machine refuses, where the line says that.
@@ -124,7 +140,7 @@ pub struct Console {
     waiting: Deque<u8, WAITING_BYTES>,
     /// Whether a line has been handed to the machine and is not done.
     is_busy: bool,
-    said: [u8; SAID_BYTES],
+    said: &'static mut [u8; SAID_BYTES],
     /// Bytes said since the start.
     total: u32,
     /// Line that is being said, and whether it is news that answers no script.
@@ -132,31 +148,27 @@ pub struct Console {
     is_news: bool,
     /// Time at which the script in work began, and since which its listener takes nothing.
     begun_ms: u64,
+    now_s: u32,
     held_since_ms: Option<u64>,
     /// The last line that said a fault, and whether it is the one of a halt that lasts.
     fault: String<FAULT_BYTES>,
     is_halted: bool,
 }
 
-impl Default for Console {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Console {
     /// Makes a console that nothing was said on.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn new(said: &'static mut [u8; SAID_BYTES]) -> Self {
         Self {
             scripts: Deque::new(),
             waiting: Deque::new(),
             is_busy: false,
-            said: [0; SAID_BYTES],
+            said,
             total: 0,
             line: String::new(),
             is_news: false,
             begun_ms: 0,
+            now_s: 0,
             held_since_ms: None,
             fault: String::new(),
             is_halted: false,
@@ -214,8 +226,15 @@ impl Console {
             // Visitors who watch may ask; the machine decides which lines are questions.
             let least = if script.listeners == Listeners::Asker { Role::Watch } else { Role::Operate };
             if role >= least {
-                self.begun_ms = now_ms;
-                return Some((self.take_line()?, role));
+                let is_kept = script.listeners == Listeners::All && script.asker.place != JOG_PLACE;
+                (self.begun_ms, self.now_s) = (now_ms, (now_ms / 1_000) as u32);
+                let line = self.take_line()?;
+                if is_kept
+                    && !line.trim_start().get(..SECRET.len()).is_some_and(|word| word.eq_ignore_ascii_case(SECRET))
+                {
+                    self.keep(SENT, "", &line);
+                }
+                return Some((line, role));
             }
             script.ending = Ending::Refused(None);
             script.lines -= 1;
@@ -281,8 +300,8 @@ impl Console {
             return usize::MAX;
         };
         let behind = self.total.wrapping_sub(heard) as usize + self.line.len();
-        // With the listener of each line, the shortest lines take three bytes where two were heard.
-        let room = SAID_BYTES.saturating_sub(behind + LINE_BYTES) / 2;
+        // With the head of each line, the shortest lines take seven bytes where two were heard.
+        let room = SAID_BYTES.saturating_sub(behind + HEAD_BYTES + LINE_BYTES) / 4;
         if room > 0 {
             self.held_since_ms = None;
             return room;
@@ -292,7 +311,8 @@ impl Console {
     }
 
     /// Hears what the machine says.
-    pub fn hear(&mut self, bytes: &[u8]) {
+    pub fn hear(&mut self, bytes: &[u8], now_ms: u64) {
+        self.now_s = (now_ms / 1_000) as u32;
         for byte in bytes {
             match *byte {
                 DONE => self.end_line(false),
@@ -354,7 +374,15 @@ impl Console {
         }
         // A visitor who alone listens gets the machine's own words.
         let mark = if (is_fault || is_reason) && listener == EVERYBODY { MARK } else { "" };
-        for byte in [listener].into_iter().chain(mark.bytes()).chain(line.bytes()).chain([b'\n']) {
+        self.keep(listener, mark, &line);
+    }
+
+    /// Keeps a line, with or without its line feed.
+    fn keep(&mut self, listener: u8, mark: &str, line: &str) {
+        let time: [u8; TIME_BYTES] = core::array::from_fn(|group| 0x80 | (self.now_s >> (7 * group)) as u8);
+        let head = [listener].into_iter().chain(time);
+        let letters = line.trim_end().bytes().map(|byte| if byte.is_ascii() { byte } else { b'?' });
+        for byte in head.chain(mark.bytes()).chain(letters).chain([b'\n']) {
             if let Some(place) = self.said.get_mut(self.total as usize % SAID_BYTES) {
                 *place = byte;
             }
@@ -398,12 +426,34 @@ impl Console {
             while next().is_some_and(|byte| byte != b'\n') {}
         }
         let listener = next()?;
+        let at_s =
+            (0..TIME_BYTES).fold(0, |at_s, group| at_s | u32::from(next().unwrap_or_default() & 0x7F) << (7 * group));
         let mut text = String::new();
         while let Some(byte) = next().filter(|byte| *byte != b'\n') {
             // Lines are no longer than that.
             let _ = text.push(char::from(byte));
         }
-        Some(Said { text, next: at, listener })
+        Some(Said { text, next: at, at_s, listener })
+    }
+
+    /// Returns the place of the first of so many lines that everybody may be told later.
+    #[must_use]
+    pub fn last(&self, count: usize) -> u32 {
+        let begin = self.total.wrapping_sub(self.total.min(SAID_BYTES as u32 + 1));
+        let before = self.store_from(begin).count().saturating_sub(count);
+        self.store_from(begin).nth(before).map_or(self.total, |(at, _)| at)
+    }
+
+    /// Returns the lines that everybody may be told later, from a place on, each with its place.
+    fn store_from(&self, mut at: u32) -> impl Iterator<Item = (u32, Said)> {
+        core::iter::from_fn(move || self.line(at).map(|said| (core::mem::replace(&mut at, said.next), said)))
+            .filter(|(_, said)| said.listener >= SENT)
+    }
+
+    /// Returns the next line that everybody may be told later, from a place on.
+    #[must_use]
+    pub fn next_kept(&self, at: u32) -> Option<Said> {
+        self.store_from(at).next().map(|(_, said)| said)
     }
 
     /// Returns whether what was said at a place has been overwritten.

@@ -1,10 +1,12 @@
 //! Requests and calls that come in on connections, and the work they ask for.
 
+use core::cell::Cell;
+
 use base::ports::Storage;
 use http::{Event, Response};
 
 use crate::access::{Target, Visitor};
-use crate::calls::{Call, Method, Reader, codes};
+use crate::calls::{Call, Method, Quantity, Reader, codes};
 use crate::console::{Asker, Listeners};
 use crate::files::FileWork;
 use crate::questions;
@@ -17,11 +19,13 @@ impl<const N: usize> Site<N> {
     /// Takes bytes of a connection. Returns how many.
     pub fn receive(&mut self, place: usize, bytes: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
         self.now_ms = now_ms;
+        self.files.look_for_others(now_ms, card);
         let Some(mut slot) = self.slots.get_mut(place).and_then(Option::take) else { return bytes.len() };
         let used = self.receive_in(&mut slot, place as u8, bytes, now_ms, card);
         if let Some(free) = self.slots.get_mut(place) {
             *free = Some(slot);
         }
+        self.files.count_own(card);
         used
     }
 
@@ -149,6 +153,11 @@ impl<const N: usize> Site<N> {
                 return Some(Content::State(call.objects));
             }
             Method::Help => return Some(Content::Help),
+            Method::Temperatures => return Some(Content::Temperatures),
+            Method::Lines => {
+                let count = call.number(Quantity::Count).map_or(usize::MAX, |count| count as usize);
+                return Some(Content::Lines(Cell::new((0, self.console.last(count)))));
+            }
             Method::PathSince => return Some(self.path_since(call)),
             Method::EmergencyStop => {
                 self.stop_at_once();

@@ -10,6 +10,7 @@ use program::State;
 use units::{Axis, MAX_HEATERS};
 
 use crate::assets::fnv;
+use crate::mesh::{self, Heights};
 
 mod velvet;
 
@@ -25,6 +26,7 @@ pub enum Object {
     VirtualSdcard,
     DisplayStatus,
     IdleTimeout,
+    BedMesh,
     Velvet,
     /// Heater or sensor, by its place in the snapshot.
     Heater(u8),
@@ -32,7 +34,7 @@ pub enum Object {
     Fan(u8),
 }
 
-const FIXED: [(Object, &str); 10] = [
+const FIXED: [(Object, &str); 11] = [
     (Object::Webhooks, "webhooks"),
     (Object::Toolhead, "toolhead"),
     (Object::GcodeMove, "gcode_move"),
@@ -42,6 +44,7 @@ const FIXED: [(Object, &str); 10] = [
     (Object::VirtualSdcard, "virtual_sdcard"),
     (Object::DisplayStatus, "display_status"),
     (Object::IdleTimeout, "idle_timeout"),
+    (Object::BedMesh, "bed_mesh"),
     (Object::Velvet, "velvet"),
 ];
 
@@ -98,6 +101,12 @@ pub fn name(place: usize, of: &Snapshot) -> Option<Name> {
     Some(name)
 }
 
+/// Returns the name of the heater or sensor at a place of the snapshot.
+#[must_use]
+pub fn heater_name(heater: usize, of: &Snapshot) -> Option<Name> {
+    name(FIXED.len() + heater, of)
+}
+
 /// Kind of a heater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum HeaterKind {
@@ -132,15 +141,40 @@ pub fn named(asked: &str, of: &Snapshot) -> Objects {
     place.map_or(0, |place| 1 << place)
 }
 
-/// Most parts in which objects are written: one for each, and a second one for `velvet`.
-pub const PARTS: usize = MAX_OBJECTS + 1;
+/// Objects of the machine, with what is told of it beside the snapshot.
+#[derive(Clone, Copy, Debug)]
+pub struct Told<'t> {
+    /// The machine as it was shown last.
+    pub of: &'t Snapshot,
+    /// Words of the machine when it halted.
+    pub fault: Option<&'t str>,
+    /// Heights of the bed.
+    pub heights: &'t Heights,
+}
+
+/// Parts in which objects are written: one for each, and a second one for `velvet`; those of the mesh.
+const MESH: usize = MAX_OBJECTS + 1;
+/// Most parts in which objects are written.
+pub const PARTS: usize = MESH + 1 + mesh::PARTS;
 /// Part that has the rest of `velvet`, behind its first.
 const REST: usize = FIXED.len();
+/// Place of the mesh, which is written behind all others.
+const MESH_PLACE: usize = REST - 2;
 
-/// Writes a part of the objects of a set. `fault` is what the machine said when it halted.
-pub fn write_part(part: usize, set: Objects, of: &Snapshot, fault: Option<&str>, json: &mut Writer<'_, '_>) {
+/// Writes a part of the objects of a set.
+pub fn write_part(part: usize, set: Objects, told: &Told<'_>, json: &mut Writer<'_, '_>) {
+    let Told { of, fault, heights } = *told;
+    if part >= MESH {
+        if set & 1 << MESH_PLACE != 0 {
+            match (part - MESH).checked_sub(1) {
+                None => write(MESH_PLACE, of, fault, json),
+                Some(part) => mesh::write(part, of, heights, json),
+            }
+        }
+        return;
+    }
     let place = if part < REST { part } else { part - 1 };
-    if set & 1 << place == 0 {
+    if set & 1 << place == 0 || place == MESH_PLACE {
         return;
     }
     if part == REST {
@@ -179,6 +213,7 @@ fn write(place: usize, of: &Snapshot, fault: Option<&str>, json: &mut Writer<'_,
             json.key("state");
             json.text(if under_way(of).is_some() || of.speed.0 > 0.0 { "Printing" } else { "Ready" });
         }
+        Object::BedMesh => return mesh::begin(of, json),
         Object::Velvet => return velvet::write(of, json),
         Object::Heater(heater) => {
             of.heaters.get(usize::from(heater)).into_iter().for_each(|heater| write_heater(heater, json))
@@ -188,7 +223,7 @@ fn write(place: usize, of: &Snapshot, fault: Option<&str>, json: &mut Writer<'_,
     json.end_object();
 }
 
-fn write_numbers(numbers: impl IntoIterator<Item = f64>, json: &mut Writer<'_, '_>) {
+pub fn write_numbers(numbers: impl IntoIterator<Item = f64>, json: &mut Writer<'_, '_>) {
     json.begin_array();
     numbers.into_iter().for_each(|number| json.float(number, 3));
     json.end_array();
@@ -264,7 +299,7 @@ fn write_heaters(of: &Snapshot, json: &mut Writer<'_, '_>) {
         json.begin_array();
         for (place, heater) in of.heaters.iter().enumerate() {
             if heater.heats || !is_heaters {
-                name(FIXED.len() + place, of).into_iter().for_each(|name| json.text(&name));
+                heater_name(place, of).into_iter().for_each(|name| json.text(&name));
             }
         }
         json.end_array();
@@ -344,11 +379,15 @@ fn write_fan(fan: &FanShown, json: &mut Writer<'_, '_>) {
 
 /// Hash that tells whether an object is another than before.
 #[must_use]
-pub fn hash(place: usize, snapshot: &Snapshot, fault: Option<&str>) -> u32 {
+pub fn hash(place: usize, told: &Told<'_>) -> u32 {
+    if place == MESH_PLACE {
+        // The number changes with the heights.
+        return told.of.mesh.map_or(0, |mesh| mesh.number ^ fnv(mesh.name.as_str().as_bytes()) as u32);
+    }
     let mut text = [0; OBJECT_BYTES];
     let mut hash = |part| {
         let made = Parts::new().make(&mut text, |_, json: &mut Writer<'_, '_>| {
-            write_part(part, 1 << place, snapshot, fault, json);
+            write_part(part, 1 << place, told, json);
             Next::End
         });
         let (Made::Part(used) | Made::Last(used)) = made else { return 0 };
@@ -361,7 +400,8 @@ pub fn hash(place: usize, snapshot: &Snapshot, fault: Option<&str>) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use base::snapshot::{LimitShown, ProbeShown, SpindleShown};
+    use base::bed::MeshName;
+    use base::snapshot::{LimitShown, MeshShown, ProbeShown, SpindleShown};
     use units::{Celsius, MmPerSecond, PerAxis};
 
     /// A machine whose every text and number is as long as can be.
@@ -388,6 +428,12 @@ mod tests {
                 factor: 12.345,
             }),
             coolant: Some([false; 2]),
+            mesh: Some(MeshShown {
+                name: MeshName::read(&"n".repeat(24)).unwrap(),
+                ends: [[-12_345.678; 2]; 2],
+                count: [units::MOST_SIDE as u8; 2],
+                number: 1,
+            }),
             flow_factor: 12.345,
             job: Some(JobShown {
                 path: "x".repeat(base::ports::PATH_BYTES).as_str().try_into().unwrap(),
@@ -429,16 +475,23 @@ mod tests {
     fn every_object_fits_into_a_part() {
         let of = longest();
         let fault = "\"".repeat(crate::console::FAULT_BYTES);
+        let mut heights = Heights::new();
+        (0..units::MOST_SIDE).for_each(|row| heights.set(1, row, &[-12.345; units::MOST_SIDE]));
+        let told = Told { of: &of, fault: Some(&fault), heights: &heights };
         for part in 0..PARTS {
             let mut room = [0; 4_096];
             let mut parts = Parts::new();
             let made = parts.make(&mut room, |_, json| {
-                write_part(part, Objects::MAX, &of, Some(&fault), json);
+                write_part(part, Objects::MAX, &told, json);
                 Next::End
             });
             let Made::Last(length) = made else { panic!("{made:?}") };
             assert!(length <= OBJECT_BYTES, "{length} bytes: {}", String::from_utf8_lossy(&room[..length]));
         }
+    }
+
+    fn hash(place: usize, of: &Snapshot, fault: Option<&str>) -> u32 {
+        super::hash(place, &Told { of, fault, heights: &Heights::new() })
     }
 
     #[test]
@@ -449,6 +502,9 @@ mod tests {
         let after: Vec<u32> = (0..MAX_OBJECTS).map(|place| hash(place, &changed, None)).collect();
         let differ: Vec<usize> = (0..MAX_OBJECTS).filter(|place| before[*place] != after[*place]).collect();
         assert_eq!(differ, [2], "gcode_move alone");
+        let mesh = Some(MeshShown { number: 7, ..MeshShown::default() });
+        let with_mesh = Snapshot { mesh, ..Snapshot::default() };
+        assert_ne!(hash(MESH_PLACE, &with_mesh, None), before[MESH_PLACE]);
         // The rest of `velvet` counts, and what the machine said.
         let changed = Snapshot { coolant: Some([true, false]), ..Snapshot::default() };
         let velvet = REST - 1;

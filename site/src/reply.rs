@@ -1,5 +1,7 @@
 //! Answers and notifications, made as they go.
 
+use core::cell::Cell;
+
 use base::snapshot::Snapshot;
 use http::json::{Next, Parts, Writer};
 use http::{Body, Fields, Made};
@@ -8,8 +10,10 @@ use crate::access::{Access, Told};
 use crate::calls::{Id, codes};
 use crate::console::{Console, Ending, Said};
 use crate::help;
+use crate::mesh::Heights;
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::path::{self, Path, Piece};
+use crate::temperatures::{self, Temperatures};
 
 /// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
 /// machine.
@@ -24,6 +28,10 @@ pub struct Facts<'f> {
     pub version: &'f str,
     /// Sessions, keys and the rest of access, of which answers tell.
     pub access: &'f Access,
+    /// Heights of the bed.
+    pub heights: &'f Heights,
+    /// Temperatures of the last minutes.
+    pub temperatures: &'f Temperatures,
 }
 
 /// Content of a message or of an answer.
@@ -37,6 +45,11 @@ pub enum Content {
     Jog(u32),
     /// Codes and commands with their help.
     Help,
+    /// Temperatures of the last minutes.
+    Temperatures,
+    /// Lines that the machine said and was sent, by the number of the part that is made and the place of its
+    /// line.
+    Lines(Cell<(u32, u32)>),
     /// Piece of the path that the machine has made.
     Path(Piece),
     /// Answer to a call about access.
@@ -219,13 +232,42 @@ impl Tells<'_> {
                 self.end(json);
                 return Next::End;
             }
+        } else if matches!(self.content, Content::Temperatures) {
+            self.facts.temperatures.write(part as usize - 1, self.snapshot, json);
+            if part as usize >= temperatures::PARTS {
+                self.end(json);
+                return Next::End;
+            }
+        } else if let Content::Lines(place) = self.content {
+            if !self.write_line(place, part, json) {
+                self.end(json);
+                return Next::End;
+            }
         } else if objects == 0 || part as usize > objects::PARTS {
             self.end(json);
             return Next::End;
         } else {
-            objects::write_part(part as usize - 1, objects, self.snapshot, self.console.fault(), json);
+            let told = objects::Told { of: self.snapshot, fault: self.console.fault(), heights: self.facts.heights };
+            objects::write_part(part as usize - 1, objects, &told, json);
         }
         Next::Part
+    }
+
+    /// Writes the line of a part, which may be made anew. False if there is none any more.
+    fn write_line(&self, place: &Cell<(u32, u32)>, part: u32, json: &mut Writer<'_, '_>) -> bool {
+        let (made, mut at) = place.get();
+        if part > made {
+            at = self.console.next_kept(at).filter(|_| made > 0).map_or(at, |said| said.next);
+            place.set((part, at));
+        }
+        let Some(said) = self.console.next_kept(at) else { return false };
+        json.begin_object();
+        pair("message", &said.text, json);
+        json.key("time");
+        json.number(u64::from(said.at_s));
+        pair("type", if said.is_sent() { "command" } else { "response" }, json);
+        json.end_object();
+        true
     }
 
     fn begin(&self, json: &mut Writer<'_, '_>) {
@@ -298,7 +340,14 @@ impl Tells<'_> {
                 json.end_object();
             }
             Content::Names => write_names(snapshot, json),
-            Content::Help => json.begin_object(),
+            Content::Help | Content::Temperatures => json.begin_object(),
+            Content::Lines(_) => {
+                json.begin_object();
+                json.key("eventtime");
+                json.fixed(self.now_ms as i64, 3);
+                json.key("gcode_store");
+                json.begin_array();
+            }
             Content::Path(piece) => path::begin(piece, json),
             Content::State(_) => {
                 json.begin_object();
@@ -322,11 +371,11 @@ impl Tells<'_> {
                 json.fixed(self.now_ms as i64, 3);
                 json.end_array();
             }
-            Content::Path(_) => {
+            Content::Path(_) | Content::Lines(_) => {
                 json.end_array();
                 json.end_object();
             }
-            Content::Help => json.end_object(),
+            Content::Help | Content::Temperatures => json.end_object(),
             Content::Said(_) | Content::Notice(_) | Content::Beat | Content::FilesChanged => json.end_array(),
             _ => {}
         }

@@ -54,6 +54,8 @@ pub fn of(call: &Call, text: &str) -> Result<Script, &'static str> {
         | Method::JogBeat
         | Method::JogStop
         | Method::PathSince
+        | Method::Temperatures
+        | Method::Lines
         | Method::Help
         | Method::EmergencyStop
         | Method::Files(_) => Ok(()),

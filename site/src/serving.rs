@@ -132,6 +132,7 @@ impl<const N: usize> Site<N> {
 
     /// Does what is to be done on files. Returns whether there is more to do soon.
     pub fn run(&mut self, now_ms: u64, card: &mut impl Storage) -> bool {
+        self.files.look_for_others(now_ms, card);
         let mut is_busy = false;
         for place in 0..N {
             if let Some(mut slot) = self.slots.get_mut(place).and_then(Option::take) {
@@ -148,7 +149,9 @@ impl<const N: usize> Site<N> {
             card.let_go();
         }
         let is_used = slots.iter().any(Option::is_some);
-        files.clear(now_ms, card) || is_used && files.run(now_ms, card) || is_busy
+        let is_busy = files.clear(now_ms, card) || is_used && files.run(now_ms, card) || is_busy;
+        files.count_own(card);
+        is_busy
     }
 
     /// Goes on with visitors' calls about files. Returns whether there is more to do soon.
@@ -260,9 +263,23 @@ impl<const N: usize> Site<N> {
     /// Writes what is to be sent on a connection. Returns how many bytes.
     pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
         let Self {
-            slots, seats, access, console, files, questions, path, snapshot, hashes, number, host, version, ..
+            slots,
+            seats,
+            access,
+            console,
+            files,
+            questions,
+            path,
+            snapshot,
+            hashes,
+            number,
+            host,
+            version,
+            heights,
+            temperatures,
+            ..
         } = self;
-        let facts = Facts { host, version, access };
+        let facts = Facts { host, version, access, heights, temperatures };
         let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
         let Slot { connection, work, due, .. } = slot;
         match work {

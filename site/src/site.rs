@@ -14,10 +14,13 @@ use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
 use crate::files::{FileWork, Files};
 use crate::jog::{JOG_PLACE, Jogs};
-use crate::objects::{self, MAX_OBJECTS};
+use crate::memory::Memory;
+use crate::mesh::Heights;
+use crate::objects::{self, MAX_OBJECTS, Told};
 use crate::path::Path;
 use crate::questions::{self, Questions};
 use crate::reply::{Content, Reply};
+use crate::temperatures::Temperatures;
 
 mod factors;
 mod jogs;
@@ -107,6 +110,8 @@ pub struct Site<const N: usize> {
     jogs: Jogs,
     pub(crate) path: Path,
     pub(crate) snapshot: Snapshot,
+    pub(crate) heights: &'static mut Heights,
+    pub(crate) temperatures: &'static mut Temperatures,
     /// Hash of each object, and the number of the state.
     pub(crate) hashes: [u32; MAX_OBJECTS],
     pub(crate) number: u32,
@@ -126,19 +131,22 @@ impl<const N: usize> Site<N> {
     /// Makes the site, without connections and without a name. `without` is what visitors may do who have
     /// neither logged in nor a key.
     #[must_use]
-    pub fn new(version: &'static str, without: Role) -> Self {
+    pub fn new(version: &'static str, without: Role, memory: &'static mut Memory) -> Self {
+        let Memory { said, temperatures, heights } = memory;
         Self {
             slots: [const { None }; N],
             seats: core::array::from_fn(|_| Seat::default()),
             access: Access::new(without),
             body: None,
             now_ms: 0,
-            console: Console::new(),
+            console: Console::new(said),
             files: Files::default(),
             questions: Questions::default(),
             jogs: Jogs::new(),
             path: Path::new(),
             snapshot: Snapshot::default(),
+            heights,
+            temperatures,
             hashes: [0; MAX_OBJECTS],
             number: 0,
             shown_ms: 0,
@@ -164,22 +172,35 @@ impl<const N: usize> Site<N> {
         self.addresses[0] = address.octets();
     }
 
-    /// Returns whether somebody wants to see the machine as it is now.
+    /// Returns whether somebody wants to see the machine as it is now, or its temperatures are to be kept.
     #[must_use]
     pub fn wants_snapshot(&self, now_ms: u64) -> bool {
         let is_looked_at = self.slots.iter().any(Option::is_some);
-        is_looked_at && (self.number == 0 || now_ms.saturating_sub(self.shown_ms) >= PERIOD_MS)
+        let is_old = self.number == 0 || now_ms.saturating_sub(self.shown_ms) >= PERIOD_MS;
+        is_looked_at && is_old || self.temperatures.is_due(now_ms)
     }
 
     /// Takes the machine as it is now.
     pub fn show(&mut self, snapshot: &Snapshot, now_ms: u64) {
         self.snapshot.clone_from(snapshot);
+        self.temperatures.take(snapshot, now_ms);
         self.console.keep_fault(snapshot.state == State::Alarm);
         self.access.sessions.expire(now_ms);
         (self.now_ms, self.shown_ms, self.number) = (now_ms, now_ms, self.number.wrapping_add(1).max(1));
         for (place, hash) in self.hashes.iter_mut().enumerate() {
-            *hash = objects::hash(place, snapshot, self.console.fault());
+            *hash = objects::hash(place, &Told { of: snapshot, fault: self.console.fault(), heights: self.heights });
         }
+    }
+
+    /// Returns whether the heights of the mesh of this number are yet to be given.
+    #[must_use]
+    pub fn wants_heights(&self, number: u32) -> bool {
+        !self.heights.are_of(number)
+    }
+
+    /// Takes a row of heights of the mesh of this number, mm: rows from the front, each from the left.
+    pub fn show_heights(&mut self, number: u32, row: usize, heights: &[f32]) {
+        self.heights.set(number, row, heights);
     }
 
     /// Returns the next line for the machine, if the one before is done, and the role of its sender. A jog
@@ -212,7 +233,7 @@ impl<const N: usize> Site<N> {
     pub fn hear(&mut self, bytes: &[u8], now_ms: u64) -> usize {
         let heard = self.console.only_listener().and_then(|asker| self.client(asker)).map(|client| client.heard);
         let taken = self.console.room(heard, now_ms).min(bytes.len());
-        self.console.hear(bytes.get(..taken).unwrap_or_default());
+        self.console.hear(bytes.get(..taken).unwrap_or_default(), now_ms);
         self.tell_outcomes();
         taken
     }

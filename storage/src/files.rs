@@ -81,6 +81,8 @@ pub struct CardStorage<'g, C: Card, T: TimeSource> {
     /// The file that is played, and what is read ahead of it.
     ahead: Option<Ahead>,
     gathered: &'g mut Gathered,
+    /// Number of changes of folders.
+    changes: u32,
 }
 
 impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
@@ -98,6 +100,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
             listed,
             ahead: None,
             gathered,
+            changes: 0,
         }
     }
 
@@ -144,7 +147,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         &mut self,
         action: impl FnOnce(&mut Volume, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
     ) -> Result<R, StorageError> {
-        *self.listed = None;
+        (*self.listed, self.changes) = (None, self.changes.wrapping_add(1));
         self.names(action)
     }
 
@@ -412,6 +415,10 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
 
     fn can_write_on(&mut self, file: FileHandle, bytes: usize) -> bool {
         self.has_room_for(file, bytes)
+    }
+
+    fn changes(&mut self) -> u32 {
+        self.changes
     }
 
     fn let_go(&mut self) {

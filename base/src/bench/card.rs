@@ -32,6 +32,8 @@ pub struct Card {
     pub writes_left: Option<usize>,
     /// Number of changes so far.
     pub writes: usize,
+    /// Number of changes of folders so far.
+    pub changes: u32,
 }
 
 impl Card {
@@ -108,6 +110,7 @@ impl Storage for Card {
         }
         if mode == OpenMode::Write || mode == OpenMode::Append && !exists {
             self.spend()?;
+            self.changes += 1;
             self.put(path, b"");
         }
         let end = if mode == OpenMode::Append { self.files.get(path).map_or(0, Vec::len) } else { 0 };
@@ -192,6 +195,7 @@ impl Storage for Card {
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
         self.spend()?;
+        self.changes += 1;
         if self.directories.contains(path) {
             let start = format!("{path}/");
             let is_empty = !self.files.keys().chain(&self.directories).any(|name| name.starts_with(&start));
@@ -202,7 +206,12 @@ impl Storage for Card {
     }
 
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError> {
+        self.changes += 1;
         if self.directories.insert(path.to_string()) { Ok(()) } else { Err(StorageError::Exists) }
+    }
+
+    fn changes(&mut self) -> u32 {
+        self.changes
     }
 
     /// Neither name is lost on the way: that is the storage's promise.
@@ -217,6 +226,7 @@ impl Storage for Card {
             return Err(StorageError::NotFound);
         }
         self.spend()?;
+        self.changes += 1;
         let content = self.files.remove(from).unwrap_or_default();
         self.files.insert(to.to_string(), content);
         Ok(())

@@ -341,6 +341,11 @@ pub trait Storage {
         false
     }
 
+    /// Returns a number that rises whenever an entry of a folder is made, emptied, renamed or removed.
+    fn changes(&mut self) -> u32 {
+        0
+    }
+
     /// Lets what was written go to the card now, as nothing of the same change follows.
     fn let_go(&mut self) {}
 

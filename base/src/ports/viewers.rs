@@ -36,6 +36,14 @@ pub trait Viewers {
         None
     }
 
+    /// Whether viewers have yet to be given the heights of the mesh of this number.
+    fn wants_heights(&self, _number: u32) -> bool {
+        false
+    }
+
+    /// Gives a row of heights of the mesh of this number, mm: rows from the front, each from the left.
+    fn show_heights(&mut self, _number: u32, _row: usize, _heights: &[f32]) {}
+
     /// A job begins, and with it another path.
     fn begin_path(&mut self) {}
 }

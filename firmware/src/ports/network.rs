@@ -65,6 +65,14 @@ impl<L: Locks> Viewers for BoardPorts<L> {
         self.owned.network.page()?.take_factors()
     }
 
+    fn wants_heights(&self, number: u32) -> bool {
+        self.owned.network.wants_heights(number)
+    }
+
+    fn show_heights(&mut self, number: u32, row: usize, heights: &[f32]) {
+        self.owned.network.page().into_iter().for_each(|page| page.show_heights(number, row, heights));
+    }
+
     fn begin_path(&mut self) {
         self.owned.network.page().into_iter().for_each(|page| page.begin_path());
     }

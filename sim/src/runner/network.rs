@@ -31,6 +31,8 @@ pub struct SimulatedNetwork {
     pub is_viewed: bool,
     /// The machine as it was last shown.
     pub shown: Option<Snapshot>,
+    /// Heights of the bed as they were last shown, row by row, and their number.
+    pub heights: (u32, Vec<Vec<f32>>),
     /// Operator's factors that a viewer wants.
     pub factors: Option<Factors>,
     /// Whether somebody draws the path, or just does not any more; and the path since the last job began.

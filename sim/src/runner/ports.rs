@@ -233,6 +233,18 @@ impl Viewers for HostPorts<'_> {
         self.network().factors.take()
     }
 
+    fn wants_heights(&self, number: u32) -> bool {
+        self.network().heights.0 != number
+    }
+
+    fn show_heights(&mut self, number: u32, row: usize, heights: &[f32]) {
+        let shown = &mut self.network().heights;
+        if row == 0 {
+            *shown = (number, Vec::new());
+        }
+        shown.1.push(heights.to_vec());
+    }
+
     fn begin_path(&mut self) {
         self.network().path.clear();
     }

@@ -17,7 +17,7 @@ mod turn;
 mod upload;
 mod work;
 
-use base::paths::Path;
+use base::paths::{CARD, Path};
 use base::ports::{FreeSpace, Storage};
 
 use keeping::UPLOADS;
@@ -33,6 +33,8 @@ pub use work::{FileBody, FileWork, Stored, may_want_card};
 /// that is listed or a file that is searched.
 const CARD_PATIENCE_MS: u32 = 100;
 const LIST_PATIENCE_MS: u32 = 2_000;
+/// Least time between two times that visitors are told that others have changed files, milliseconds.
+const OTHERS_MS: u64 = 2_000;
 
 /// Applicant for the card: a connection, or a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +103,11 @@ pub struct Files {
     is_clear: bool,
     /// The last change of files.
     pub change: Change,
+    /// Changes that the card has counted when the site was last done, and whether others than visitors of the
+    /// site have made some that nobody was told of, and when it was told last.
+    counted: u32,
+    has_others: bool,
+    told_ms: u64,
 }
 
 impl Files {
@@ -119,6 +126,20 @@ impl Files {
         let number = self.change.number.wrapping_add(1);
         self.change = Change { action, path: Path::try_from(path).unwrap_or_default(), number };
         self.space.is_stale = true;
+    }
+
+    /// Looks for changes that others than visitors of the site have made, before the site does anything.
+    pub fn look_for_others(&mut self, now_ms: u64, card: &mut impl Storage) {
+        self.has_others |= card.changes() != self.counted;
+        if self.has_others && now_ms.saturating_sub(self.told_ms) >= OTHERS_MS {
+            (self.has_others, self.told_ms) = (false, now_ms);
+            self.note("root_update", CARD);
+        }
+    }
+
+    /// Counts the changes that the site has made itself.
+    pub fn count_own(&mut self, card: &mut impl Storage) {
+        self.counted = card.changes();
     }
 
     /// Does the site's own work on files: clears away what a power cut has left of uploads, and counts the

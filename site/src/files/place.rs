@@ -79,12 +79,13 @@ pub fn is_hidden(name: &str) -> bool {
     begins_with(name, ".velvet") || is_secret(name)
 }
 
-/// Files at the top of the card, and one folder, that only the owner may change beside those of the
-/// configuration: pages, firmware, GRBL's settings, and what each start plays without anybody asking.
-const OWNERS: [&str; 4] = ["www", "flashme.bin", "grbl-settings", "on_boot.gcode"];
+/// Files and folders at the top of the card that only the owner may change beside those of the configuration:
+/// pages, buttons, which the owner presses with an owner's rights, firmware, GRBL's settings, and the file
+/// that each start plays without anybody asking.
+const OWNERS: [&str; 5] = ["www", "macros", "flashme.bin", "grbl-settings", "on_boot.gcode"];
 
 /// Returns whether only the owner may change the file or folder of this path: what the machine is set up by,
-/// and pages.
+/// pages and the like.
 #[must_use]
 pub fn is_for_owner(path: &str) -> bool {
     let rest = path.get(CARD.len()..).unwrap_or_default().trim_start_matches('/');
@@ -173,6 +174,8 @@ mod tests {
             "/sd/On_Boot.gcode",
             "/sd/www",
             "/sd/WWW/index.html",
+            "/sd/macros/buttons.json",
+            "/sd/Macros",
         ] {
             assert!(
                 is_for_owner(path) && admit(path, Role::Operate).is_err() && admit(path, Role::Own).is_ok(),

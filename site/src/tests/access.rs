@@ -65,7 +65,12 @@ fn least_role(method: Method) -> Role {
         M::ServerInfo | M::PrinterInfo | M::ListObjects | M::QueryObjects | M::Subscribe | M::EmergencyStop => {
             Role::Watch
         }
-        M::Ask | M::Help | M::PathSince | M::Files(Ask::List | Ask::Directory | Ask::Metadata) => Role::Watch,
+        M::Ask
+        | M::Help
+        | M::PathSince
+        | M::Temperatures
+        | M::Lines
+        | M::Files(Ask::List | Ask::Directory | Ask::Metadata) => Role::Watch,
         M::Script | M::Pause | M::Resume | M::Cancel | M::Release | M::Play | M::Home | M::Override => Role::Operate,
         M::JogStep | M::JogStart | M::JogBeat | M::JogStop | M::Files(Ask::MakeFolder) => Role::Operate,
         M::MakeKey | M::ListKeys | M::RevokeKey => Role::Own,

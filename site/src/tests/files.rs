@@ -476,3 +476,32 @@ fn a_stop_waits_for_no_list() {
     assert_eq!((answers, refused), (3, 1), "three at a time");
     assert!(desk.ask(1, "server.files.list", r#""root":"gcodes""#).contains("199.gcode"), "there is room again");
 }
+
+#[test]
+fn what_others_change_is_told_once_in_a_while_and_own_changes_once() {
+    let mut desk = Desk::new(Role::Own);
+    desk.card.put("/sd/a.g", b"x");
+    desk.upgrade(0);
+    desk.now += 10_000;
+    desk.run();
+    desk.hear(0);
+    let told = |desk: &mut Desk| {
+        desk.run();
+        let heard = desk.hear(0);
+        messages(&heard).into_iter().filter(|message| message.contains("filelist_changed")).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&mut desk), Vec::<String>::new());
+    // Another console removes a file, and makes two folders.
+    desk.card.remove("/sd/a.g").unwrap();
+    let others = r#"{"jsonrpc":"2.0","method":"notify_filelist_changed","params":[{"action":"root_update","item":{"root":"gcodes","path":""}}]}"#;
+    assert_eq!(told(&mut desk), [others]);
+    desk.card.make_directory("/sd/b").unwrap();
+    desk.card.make_directory("/sd/c").unwrap();
+    assert_eq!(told(&mut desk), Vec::<String>::new(), "not yet");
+    desk.now += 2_000;
+    assert_eq!(told(&mut desk), [others]);
+    desk.now += 2_000;
+    let answer = desk.ask(0, "server.files.post_directory", r#""path":"gcodes/d""#);
+    assert!(answer.contains("create_dir"), "{answer}");
+    assert_eq!(told(&mut desk), Vec::<String>::new(), "the visitor's own was told by its own words");
+}

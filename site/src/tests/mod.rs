@@ -6,15 +6,17 @@ use std::net::Ipv4Addr;
 
 use base::bench::Card;
 use base::ports::Factors;
+use base::ports::Storage as _;
 use base::sessions::{DONE, REFUSED};
 use base::snapshot::{HeaterShown, JobShown, Snapshot};
 use http::{Life, Role};
 use program::State;
 use units::Celsius;
 
-use crate::{CLIENTS, PERIOD_MS, Site};
+use crate::{CLIENTS, Memory, PERIOD_MS, Site};
 
 mod console;
+mod stores;
 
 const PLACES: usize = 6;
 const BUFFER: usize = 2_048;
@@ -31,7 +33,7 @@ struct Desk {
 
 impl Desk {
     fn new(role: Role) -> Self {
-        let mut site = Site::new("1.2.3", role);
+        let mut site = Site::new("1.2.3", role, Box::leak(Box::new(Memory::new())));
         site.set_host("velvet");
         let mut desk = Self { site, card: Card::default(), now: 1_000, room: 1_460 };
         desk.site.show(&snapshot(), desk.now);
@@ -292,7 +294,7 @@ fn each_page_has_a_seat_and_who_has_none_is_told() {
 #[test]
 fn the_machine_is_looked_at_while_somebody_looks() {
     let mut desk = Desk::new(Role::Own);
-    assert!(!desk.site.wants_snapshot(desk.now + 10_000));
+    assert!(!desk.site.wants_snapshot(desk.now + 4_000), "nobody looks");
     desk.open(0);
     assert!(desk.site.wants_snapshot(desk.now + PERIOD_MS) && !desk.site.wants_snapshot(desk.now + PERIOD_MS - 1));
     desk.upgrade(1);

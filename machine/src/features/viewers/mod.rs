@@ -1,6 +1,7 @@
 //! Viewers of the machine, in browsers and at displays: they are shown a snapshot of it as often as they ask.
 
 use base::axes::Axes;
+use base::bed::Bed;
 use base::ports::{Clock as _, Factors, HeatPort as _, MotionPort as _, Viewers as _};
 use base::safety::Mode;
 use base::safety::travel::Travel;
@@ -23,6 +24,7 @@ use crate::machine::moments::{JobBegins, Moments};
 use crate::machine::{Machine, program_io};
 
 mod equipment;
+mod mesh;
 
 /// Parts of the machine that viewers see.
 pub(crate) struct Viewed<'m, 'c, P> {
@@ -35,6 +37,7 @@ pub(crate) struct Viewed<'m, 'c, P> {
     travel: &'m mut Travel,
     tuning: &'m Tuning,
     outputs: &'m Outputs,
+    bed: &'m Bed,
     /// The job that has ended last.
     last_job: &'m mut Option<JobShown>,
 }
@@ -53,7 +56,7 @@ pub(crate) trait ViewedHands<'c>: ForecastHands<'c> {
 
 impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
     fn viewed(&mut self) -> Viewed<'_, 'c, P> {
-        let Self { world, program, safety, axes, features, jobs, tuning, outputs, .. } = self;
+        let Self { world, program, safety, axes, features, jobs, tuning, outputs, bed, .. } = self;
         Viewed {
             world,
             program,
@@ -64,6 +67,7 @@ impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
             travel: &mut safety.travel,
             tuning,
             outputs,
+            bed,
             last_job: &mut features.last_job,
         }
     }
@@ -149,7 +153,7 @@ fn follow_path<'c, H: ViewedHands<'c>>(hands: &mut H, is_drawn: bool) {
 #[inline(never)]
 fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
     let job = job(hands, now);
-    let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, last_job, .. } = hands.viewed();
+    let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, bed, last_job, .. } = hands.viewed();
     let config = world.config;
     let modal = program.modal();
     let is_live = is_live(mode.state());
@@ -181,6 +185,7 @@ fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
     };
     equipment::add(&mut snapshot, world, program, tuning, outputs);
     world.ports.heat(|heat| add_heat(&mut snapshot, config, heat, fans));
+    snapshot.mesh = mesh::shown(bed, &mut world.ports);
     world.ports.show(&snapshot);
 }
 

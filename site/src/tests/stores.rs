@@ -1,0 +1,131 @@
+//! What is told of before: temperatures, lines of the console; and the mesh, which is told piecewise.
+
+use base::bed::MeshName;
+use base::snapshot::MeshShown;
+use units::MOST_SIDE;
+
+use super::*;
+
+fn mesh(count: [u8; 2], number: u32) -> Snapshot {
+    let name = MeshName::read("cold").unwrap();
+    let mesh = MeshShown { name, ends: [[15.0, 20.0], [205.0, 190.5]], count, number };
+    Snapshot { mesh: Some(mesh), ..snapshot() }
+}
+
+/// Takes `{"status":{"bed_mesh":` off a message's object.
+fn object(message: &str) -> &str {
+    let at = message.find(r#""bed_mesh":"#).expect("a mesh");
+    message[at + 11..].split(r#"]]}"#).next().unwrap()
+}
+
+#[test]
+fn a_mesh_is_told_row_by_row_whatever_room_there_is() {
+    for room in [1_000, 1_460, 20_000] {
+        let mut desk = Desk::new(Role::Watch);
+        desk.room = room;
+        desk.upgrade(0);
+        let ask = r#"{"method":"printer.objects.subscribe","params":{"objects":{"bed_mesh":null}},"id":1}"#;
+        let none =
+            r#""bed_mesh":{"profile_name":"","mesh_min":[0,0],"mesh_max":[0,0],"probed_matrix":[],"mesh_matrix":[]}"#;
+        let answer = desk.call(0, ask);
+        assert!(answer[0].contains(none), "{answer:?}");
+        let state = mesh([3, 2], 7);
+        assert!(desk.site.wants_heights(7));
+        desk.site.show_heights(7, 0, &[0.1, -0.25, 0.0]);
+        desk.site.show_heights(7, 1, &[1.0004, -2.5, 0.0126]);
+        assert!(!desk.site.wants_heights(7) && desk.site.wants_heights(8));
+        let told = desk.show(0, &state);
+        let matrix = "[[0.1,-0.25,0],[1,-2.5,0.013";
+        let all = format!(
+            r#"{{"profile_name":"cold","mesh_min":[15,20],"mesh_max":[205,190.5],"probed_matrix":{matrix}]],"mesh_matrix":{matrix}"#
+        );
+        assert_eq!(object(&told[0]), all);
+        assert_eq!(desk.show(0, &state), Vec::<String>::new(), "it has not changed");
+        // The greatest there is.
+        (0..MOST_SIDE).for_each(|row| desk.site.show_heights(8, row, &[-12.345; MOST_SIDE]));
+        let told = desk.show(0, &mesh([MOST_SIDE as u8; 2], 8));
+        assert_eq!(told[0].matches("-12.345").count(), 2 * MOST_SIDE * MOST_SIDE);
+        assert!(told[0].ends_with("]]}},1.75]}"), "{}", &told[0][told[0].len() - 40..]);
+    }
+}
+
+#[test]
+fn a_mesh_whose_heights_have_yet_to_come_is_an_object_all_the_same() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.site.show(&mesh([9, 9], 3), desk.now);
+    desk.open(0);
+    let answer = desk.get(0, "/printer/objects/query?bed_mesh");
+    assert!(answer.contains(r#""probed_matrix":[],"mesh_matrix":[]}}}}"#), "{answer}");
+}
+
+/// Returns the numbers of a list of the answer.
+fn list(answer: &str, name: &str, of: &str) -> Vec<f64> {
+    let heater = answer.split(&format!(r#""{name}":"#)).nth(1).expect("the heater");
+    let list = heater.split(&format!(r#""{of}":["#)).nth(1).expect("the list").split(']').next().unwrap();
+    list.split(',').filter(|number| !number.is_empty()).map(|number| number.parse().unwrap_or(f64::NAN)).collect()
+}
+
+#[test]
+fn temperatures_of_ten_minutes_are_told_one_a_second() {
+    let mut desk = Desk::new(Role::Watch);
+    let mut state = snapshot();
+    state.heaters[2].heats = false;
+    state.heaters[2].reading = None;
+    for step in 0..400_u32 {
+        assert!(desk.site.wants_snapshot(desk.now + 5_000), "also while nobody looks");
+        desk.now += 1_000;
+        state.heaters[0].reading = Some(Celsius(20.0 + step as f32));
+        state.heaters[0].target = Celsius(if step < 350 { 0.0 } else { 200.5 });
+        desk.site.show(&state, desk.now);
+    }
+    assert!(!desk.site.wants_snapshot(desk.now), "nobody looks, and no sample is due");
+    desk.upgrade(0);
+    let answer = desk.call(0, r#"{"method":"server.temperature_store","id":1}"#).remove(0);
+    let (heats, targets) = (list(&answer, "extruder", "temperatures"), list(&answer, "extruder", "targets"));
+    assert_eq!((heats.len(), targets.len()), (405, 405), "a sample each 5 s, and the one before");
+    assert!(heats.windows(2).all(|pair| pair[0] <= pair[1]) && *heats.last().unwrap() >= 415.0, "{heats:?}");
+    assert!(targets[..350].iter().all(|target| *target == 0.0) && targets[404] == 200.5, "{targets:?}");
+    let chamber = list(&answer, "temperature_sensor chamber", "temperatures");
+    assert!(chamber.len() == 405 && chamber[5..].iter().all(|none| none.is_nan()), "{chamber:?}");
+    assert!(answer.ends_with(r#"]}},"id":1}"#), "no targets of a sensor: {}", &answer[answer.len() - 60..]);
+    for _ in 0..1_000 {
+        desk.now += 1_000;
+        desk.site.show(&state, desk.now);
+    }
+    let answer = desk.call(0, r#"{"method":"server.temperature_store","id":1}"#);
+    assert_eq!(list(&answer[0], "heater_bed", "targets").len(), 600);
+}
+
+#[test]
+fn lines_from_before_are_told_to_who_comes() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.upgrade(0);
+    desk.call(0, r#"{"method":"printer.gcode.script","params":{"script":"M115"}}"#);
+    assert_eq!(desk.next_line().as_deref(), Some("M115\n"));
+    desk.say(b"FIRMWARE_NAME:\"Velvet\"\nok\n\x06");
+    desk.now += 9_500;
+    desk.say(b"\x07ALARM: it is hot\n");
+    desk.upgrade(1);
+    let told = desk.call(1, r#"{"method":"server.gcode_store","params":{"count":9},"id":2}"#);
+    let lines = r#""gcode_store":[{"message":"M115","time":1,"type":"command"},{"message":"FIRMWARE_NAME:\"Velvet\"","time":1,"type":"response"},{"message":"!! ALARM: it is hot","time":10,"type":"response"}]},"id":2}"#;
+    assert_eq!(told, [format!(r#"{{"jsonrpc":"2.0","result":{{"eventtime":10.5,{lines}"#)]);
+    let told = desk.call(1, r#"{"method":"server.gcode_store","params":{"count":1},"id":3}"#);
+    assert!(told[0].contains(r#""gcode_store":[{"message":"!! ALARM"#), "{told:?}");
+    // All of what is kept, by rooms of one line and of many.
+    (0..300).for_each(|number| desk.say(format!("line {number}\n").as_bytes()));
+    let answers = [1_000, 1_460, 9_000].map(|room| {
+        desk.room = room;
+        desk.call(1, r#"{"method":"server.gcode_store","id":4}"#)
+            .into_iter()
+            .find(|told| told.contains(r#""id":4"#))
+            .unwrap()
+    });
+    assert!(answers[0] == answers[1]);
+    assert!(
+        answers[0].matches("message").count() > 200
+            && answers[0] == answers[2]
+            && answers[0].ends_with(r#""line 299","time":10,"type":"response"}]},"id":4}"#),
+        "{}",
+        answers[0]
+    );
+}
