@@ -32,7 +32,8 @@ const EVERYBODY: u8 = 0xFF;
 const SENT: u8 = 0xFE;
 /// Command whose lines are not kept, as they hold a secret.
 const SECRET: &str = "password";
-/// Bytes before a line that is kept: its listener, and its time in groups of seven bits, which no line feed is.
+/// Bytes before a line that is kept: its listener, and its time in groups of seven bits, none of which is a
+/// line feed.
 const HEAD_BYTES: usize = 1 + TIME_BYTES;
 const TIME_BYTES: usize = 4;
 

@@ -9,8 +9,16 @@ use crate::temperatures::Temperatures;
 #[derive(Debug)]
 pub struct Memory {
     pub(crate) said: [u8; SAID_BYTES],
-    pub(crate) temperatures: Temperatures,
-    pub(crate) heights: Heights,
+    pub(crate) stores: Stores,
+}
+
+/// Stores of what answers tell and snapshots have no room for.
+#[derive(Debug)]
+pub struct Stores {
+    /// Temperatures of the last minutes.
+    pub temperatures: Temperatures,
+    /// Heights of the bed.
+    pub heights: Heights,
 }
 
 impl Default for Memory {
@@ -23,6 +31,7 @@ impl Memory {
     /// Makes a memory of nothing.
     #[must_use]
     pub const fn new() -> Self {
-        Self { said: [0; SAID_BYTES], temperatures: Temperatures::new(), heights: Heights::new() }
+        let stores = Stores { temperatures: Temperatures::new(), heights: Heights::new() };
+        Self { said: [0; SAID_BYTES], stores }
     }
 }

@@ -1,5 +1,5 @@
-//! The mesh of the bed as object `bed_mesh`: its heights are kept here and told row by row, as all of them are
-//! longer than an answer's part can be.
+//! The mesh of the bed as object `bed_mesh`: its heights are kept here and told row by row, as all of them
+//! are longer than an answer's part can be.
 
 use base::snapshot::{MeshShown, Snapshot};
 use http::json::Writer;

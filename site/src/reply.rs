@@ -10,10 +10,10 @@ use crate::access::{Access, Told};
 use crate::calls::{Id, codes};
 use crate::console::{Console, Ending, Said};
 use crate::help;
-use crate::mesh::Heights;
+use crate::memory::Stores;
 use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::path::{self, Path, Piece};
-use crate::temperatures::{self, Temperatures};
+use crate::temperatures;
 
 /// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
 /// machine.
@@ -28,10 +28,8 @@ pub struct Facts<'f> {
     pub version: &'f str,
     /// Sessions, keys and the rest of access, of which answers tell.
     pub access: &'f Access,
-    /// Heights of the bed.
-    pub heights: &'f Heights,
-    /// Temperatures of the last minutes.
-    pub temperatures: &'f Temperatures,
+    /// Temperatures, and heights of the bed.
+    pub stores: &'f Stores,
 }
 
 /// Content of a message or of an answer.
@@ -41,6 +39,8 @@ pub enum Content {
     Done,
     /// Number of the connection.
     Connection(u32),
+    /// Bytes that are there of an upload.
+    Offset(u32),
     /// Number of a jog that begins.
     Jog(u32),
     /// Codes and commands with their help.
@@ -233,7 +233,7 @@ impl Tells<'_> {
                 return Next::End;
             }
         } else if matches!(self.content, Content::Temperatures) {
-            self.facts.temperatures.write(part as usize - 1, self.snapshot, json);
+            self.facts.stores.temperatures.write(part as usize - 1, self.snapshot, json);
             if part as usize >= temperatures::PARTS {
                 self.end(json);
                 return Next::End;
@@ -247,7 +247,8 @@ impl Tells<'_> {
             self.end(json);
             return Next::End;
         } else {
-            let told = objects::Told { of: self.snapshot, fault: self.console.fault(), heights: self.facts.heights };
+            let told =
+                objects::Told { of: self.snapshot, fault: self.console.fault(), heights: &self.facts.stores.heights };
             objects::write_part(part as usize - 1, objects, &told, json);
         }
         Next::Part
@@ -312,9 +313,13 @@ impl Tells<'_> {
     fn begin_result(&self, json: &mut Writer<'_, '_>) {
         let Self { snapshot, facts, .. } = self;
         match self.content {
-            Content::Connection(number) | Content::Jog(number) => {
+            Content::Connection(number) | Content::Jog(number) | Content::Offset(number) => {
                 json.begin_object();
-                json.key(if matches!(self.content, Content::Jog(_)) { "id" } else { "connection_id" });
+                json.key(match self.content {
+                    Content::Jog(_) => "id",
+                    Content::Offset(_) => "offset",
+                    _ => "connection_id",
+                });
                 json.number(u64::from(*number));
                 json.end_object();
             }

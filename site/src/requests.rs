@@ -86,6 +86,7 @@ impl<const N: usize> Site<N> {
             Handler::ListObjects => json(Content::Names),
             Handler::QueryObjects => json(Content::State(self.objects_of(request))),
             Handler::Ask(ask) => self.begin_question(ask, place, request),
+            Handler::UploadPart => self.begin_part(request, card),
             Handler::Upload | Handler::File | Handler::RemoveFile | Handler::Page => {
                 self.begin_files(route.handler, (rest, role), request, card)
             }

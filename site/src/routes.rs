@@ -20,6 +20,8 @@ pub enum Handler {
     EmergencyStop,
     /// Upload of a file, file of the card, removal of one.
     Upload,
+    /// How much is there of an upload that broke off.
+    UploadPart,
     File,
     RemoveFile,
     /// Question about files, whose paths stand in the query.
@@ -68,6 +70,7 @@ pub const ROUTES: Routes<Handler> = Routes(&[
         help: "put a file on the card",
         handler: Handler::Upload,
     },
+    get("/server/files/upload", Role::Operate, "how much is there of an upload that broke off", Handler::UploadPart),
     get("/server/files/list", Role::Watch, "files of a folder", Handler::Ask(Ask::List)),
     get("/server/files/directory", Role::Watch, "folder with its entries", Handler::Ask(Ask::Directory)),
     get("/server/files/metadata", Role::Watch, "what a slicer has written into a file", Handler::Ask(Ask::Metadata)),
@@ -101,7 +104,7 @@ mod tests {
     /// What each role may ask, written once more: a row that is changed or added has to be decided on here.
     #[test]
     fn each_role_may_ask_for_what_is_written_here() {
-        const LEAST: [(Method, &str, Role); 18] = [
+        const LEAST: [(Method, &str, Role); 19] = [
             (Method::Get, "/websocket", Role::Nobody),
             (Method::Get, "/server/info", Role::Watch),
             (Method::Get, "/printer/info", Role::Watch),
@@ -112,6 +115,7 @@ mod tests {
             (Method::Get, "/server/files/directory", Role::Watch),
             (Method::Get, "/server/files/metadata", Role::Watch),
             (Method::Post, "/server/files/upload", Role::Operate),
+            (Method::Get, "/server/files/upload", Role::Operate),
             (Method::Get, "/server/files/gcodes/*", Role::Watch),
             (Method::Delete, "/server/files/gcodes/*", Role::Own),
             (Method::Post, "/access/login", Role::Nobody),

@@ -72,9 +72,7 @@ impl<const N: usize> Site<N> {
     ) -> Begun {
         let Self { files, .. } = self;
         let begun = match handler {
-            Handler::Upload => {
-                files.begin_upload(request.header("Content-Type"), role).map(|work| Begun::Files(None, work))
-            }
+            Handler::Upload => files.begin_upload(request, role).map(|work| Begun::Files(None, work)),
             Handler::File => files.begin_reading(rest, request, card).map(|(response, work)| match (response, work) {
                 (response, Some(work)) => Begun::Files(response, work),
                 (response, None) => Begun::Answer(response.unwrap_or(Response::new(Status::Ok)), Work::Nothing),
@@ -90,9 +88,27 @@ impl<const N: usize> Site<N> {
             | Handler::ListObjects
             | Handler::QueryObjects
             | Handler::EmergencyStop
+            | Handler::UploadPart
             | Handler::Call(_) => return self.begin_page(request, card),
         };
         begun.unwrap_or_else(|refusal| Begun::Refuse(refusal.status, refusal.message))
+    }
+
+    /// Answers how much is there of an upload that broke off. If its connection has not ended, which may have
+    /// died without a word, the upload goes on over another.
+    pub(crate) fn begin_part(&mut self, request: &Request<'_>, card: &mut impl Storage) -> Begun {
+        match self.files.ask_part(request, self.now_ms, card) {
+            Ok((size, under_way)) => {
+                let is_it =
+                    |slot: &&mut Slot| matches!(slot.work, Work::Files(FileWork::Upload(of)) if Some(of) == under_way);
+                if let Some(slot) = self.slots.iter_mut().flatten().find(is_it) {
+                    slot.connection.respond_error(Response::new(Status::Conflict), "the upload goes on elsewhere");
+                    slot.work = Work::Nothing;
+                }
+                Begun::Answer(Response::json(Status::Ok), Work::Answer(Reply::answer(Content::Offset(size))))
+            }
+            Err(refusal) => Begun::Refuse(refusal.status, refusal.message),
+        }
     }
 
     /// Begins with a question about files, whose path stands in the query.
@@ -262,24 +278,11 @@ impl<const N: usize> Site<N> {
 
     /// Writes what is to be sent on a connection. Returns how many bytes.
     pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
+        let number = self.number;
         let Self {
-            slots,
-            seats,
-            access,
-            console,
-            files,
-            questions,
-            path,
-            snapshot,
-            hashes,
-            number,
-            host,
-            version,
-            heights,
-            temperatures,
-            ..
+            slots, seats, access, console, files, questions, path, snapshot, hashes, host, version, stores, ..
         } = self;
-        let facts = Facts { host, version, access, heights, temperatures };
+        let facts = Facts { host, version, access, stores };
         let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
         let Slot { connection, work, due, .. } = slot;
         match work {
@@ -327,7 +330,7 @@ impl<const N: usize> Site<N> {
                     connection.close(http::codes::POLICY);
                 }
                 let mut talk = Talk { client, questions, files, card };
-                let machine = Machine { may_watch, console, path, snapshot, hashes, number: *number, facts, now_ms };
+                let machine = Machine { may_watch, console, path, snapshot, hashes, number, facts, now_ms };
                 talk.go_on(connection, &machine, room)
             }
         }

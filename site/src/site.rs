@@ -14,13 +14,11 @@ use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
 use crate::files::{FileWork, Files};
 use crate::jog::{JOG_PLACE, Jogs};
-use crate::memory::Memory;
-use crate::mesh::Heights;
+use crate::memory::{Memory, Stores};
 use crate::objects::{self, MAX_OBJECTS, Told};
 use crate::path::Path;
 use crate::questions::{self, Questions};
 use crate::reply::{Content, Reply};
-use crate::temperatures::Temperatures;
 
 mod factors;
 mod jogs;
@@ -110,8 +108,7 @@ pub struct Site<const N: usize> {
     jogs: Jogs,
     pub(crate) path: Path,
     pub(crate) snapshot: Snapshot,
-    pub(crate) heights: &'static mut Heights,
-    pub(crate) temperatures: &'static mut Temperatures,
+    pub(crate) stores: &'static mut Stores,
     /// Hash of each object, and the number of the state.
     pub(crate) hashes: [u32; MAX_OBJECTS],
     pub(crate) number: u32,
@@ -132,7 +129,7 @@ impl<const N: usize> Site<N> {
     /// neither logged in nor a key.
     #[must_use]
     pub fn new(version: &'static str, without: Role, memory: &'static mut Memory) -> Self {
-        let Memory { said, temperatures, heights } = memory;
+        let Memory { said, stores } = memory;
         Self {
             slots: [const { None }; N],
             seats: core::array::from_fn(|_| Seat::default()),
@@ -145,8 +142,7 @@ impl<const N: usize> Site<N> {
             jogs: Jogs::new(),
             path: Path::new(),
             snapshot: Snapshot::default(),
-            heights,
-            temperatures,
+            stores,
             hashes: [0; MAX_OBJECTS],
             number: 0,
             shown_ms: 0,
@@ -177,30 +173,33 @@ impl<const N: usize> Site<N> {
     pub fn wants_snapshot(&self, now_ms: u64) -> bool {
         let is_looked_at = self.slots.iter().any(Option::is_some);
         let is_old = self.number == 0 || now_ms.saturating_sub(self.shown_ms) >= PERIOD_MS;
-        is_looked_at && is_old || self.temperatures.is_due(now_ms)
+        is_looked_at && is_old || self.stores.temperatures.is_due(now_ms)
     }
 
     /// Takes the machine as it is now.
     pub fn show(&mut self, snapshot: &Snapshot, now_ms: u64) {
         self.snapshot.clone_from(snapshot);
-        self.temperatures.take(snapshot, now_ms);
+        self.stores.temperatures.take(snapshot, now_ms);
         self.console.keep_fault(snapshot.state == State::Alarm);
         self.access.sessions.expire(now_ms);
         (self.now_ms, self.shown_ms, self.number) = (now_ms, now_ms, self.number.wrapping_add(1).max(1));
         for (place, hash) in self.hashes.iter_mut().enumerate() {
-            *hash = objects::hash(place, &Told { of: snapshot, fault: self.console.fault(), heights: self.heights });
+            *hash = objects::hash(
+                place,
+                &Told { of: snapshot, fault: self.console.fault(), heights: &self.stores.heights },
+            );
         }
     }
 
     /// Returns whether the heights of the mesh of this number are yet to be given.
     #[must_use]
     pub fn wants_heights(&self, number: u32) -> bool {
-        !self.heights.are_of(number)
+        !self.stores.heights.are_of(number)
     }
 
     /// Takes a row of heights of the mesh of this number, mm: rows from the front, each from the left.
     pub fn show_heights(&mut self, number: u32, row: usize, heights: &[f32]) {
-        self.heights.set(number, row, heights);
+        self.stores.heights.set(number, row, heights);
     }
 
     /// Returns the next line for the machine, if the one before is done, and the role of its sender. A jog

@@ -65,7 +65,7 @@ impl Temperatures {
         let (place, series, piece) = (part / HEATER, part % HEATER / SERIES, part % SERIES);
         let Some(heater) = of.heaters.get(place) else { return };
         let is_told = series == 0 || heater.heats;
-        if part % HEATER == 0 {
+        if part.is_multiple_of(HEATER) {
             objects::heater_name(place, of).into_iter().for_each(|name| json.key(&name));
             json.begin_object();
         }
@@ -85,7 +85,7 @@ impl Temperatures {
         if piece + 1 == SERIES && is_told {
             json.end_array();
         }
-        if (part + 1) % HEATER == 0 {
+        if (part + 1).is_multiple_of(HEATER) {
             json.end_object();
         }
     }

@@ -20,7 +20,7 @@ mod work;
 use base::paths::{CARD, Path};
 use base::ports::{FreeSpace, Storage};
 
-use keeping::UPLOADS;
+use keeping::{Part, UPLOADS};
 use metadata::Scan;
 use turn::Turn;
 use upload::Upload;
@@ -35,6 +35,8 @@ const CARD_PATIENCE_MS: u32 = 100;
 const LIST_PATIENCE_MS: u32 = 2_000;
 /// Least time between two times that visitors are told that others have changed files, milliseconds.
 const OTHERS_MS: u64 = 2_000;
+/// Time for which the part of an upload that broke off is kept, milliseconds: an hour.
+const KEPT_MS: u64 = 3_600_000;
 
 /// Applicant for the card: a connection, or a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +93,8 @@ struct Space {
 #[derive(Debug, Default)]
 pub struct Files {
     uploads: [Option<Upload>; UPLOADS],
+    /// Parts of uploads that broke off, and since when.
+    kept: [Option<(Part, u64)>; UPLOADS],
     card: Turn,
     /// Turn of who has blocks of a file read: the card keeps few that were read for nobody.
     reads: Turn,
@@ -145,17 +149,23 @@ impl Files {
     /// Does the site's own work on files: clears away what a power cut has left of uploads, and counts the
     /// free space. Returns whether there is more to do.
     pub fn run(&mut self, now_ms: u64, card: &mut impl Storage) -> bool {
-        let has_work = !self.is_clear || self.space.is_counting;
+        let is_old = |kept: &Option<(Part, u64)>| kept.is_some_and(|(_, at_ms)| now_ms >= at_ms + KEPT_MS);
+        let old = self.kept.iter().position(is_old);
+        let has_work = !self.is_clear || old.is_some() || self.space.is_counting;
         if !has_work || !self.has_card(Visitor::Site, now_ms, card) {
             return has_work;
         }
         if !self.is_clear {
-            // A card that cannot be written to has nothing of an upload, and says so when there is one.
-            for (place, _) in self.uploads.iter().enumerate().filter(|(_, upload)| upload.is_none()) {
-                let _ = keeping::recover(place, card);
-            }
-            self.is_clear = true;
+            self.recover(now_ms, card);
             self.want_space();
+            return true;
+        }
+        if let Some(place) = old
+            && let Some(kept) = self.kept.get_mut(place)
+        {
+            // What cannot be removed now is removed before the next upload.
+            let _ = keeping::recover(place, false, card);
+            *kept = None;
             return true;
         }
         let Space { count, is_counting, known, .. } = &mut self.space;
@@ -165,6 +175,20 @@ impl Files {
             Err(_) => *is_counting = false,
         }
         *is_counting
+    }
+
+    /// Clears away what a power cut has left of uploads, but for what their senders can go on with.
+    fn recover(&mut self, now_ms: u64, card: &mut impl Storage) {
+        if core::mem::replace(&mut self.is_clear, true) {
+            return;
+        }
+        let Self { uploads, kept, .. } = self;
+        for (place, kept) in kept.iter_mut().enumerate() {
+            if uploads.get(place).is_some_and(Option::is_none) {
+                // A card that cannot be written to has nothing of an upload, and says so when there is one.
+                *kept = keeping::recover(place, true, card).ok().flatten().map(|part| (part, now_ms));
+            }
+        }
     }
 
     /// Has the free space counted, if it is not known. What was counted last is told meanwhile.

@@ -9,17 +9,19 @@ use http::{Role, Status};
 use sha2::{Digest as _, Sha256};
 
 use super::directory::unix_s;
-use super::keeping::{self, Step};
+use super::keeping::{self, DIGEST_BYTES, Digest, Part, Step};
 use super::place;
 use super::refusal::Refusal;
 
 /// Bytes of the card's blocks: whole ones are written without being read before.
 pub const BLOCK: usize = 512;
+/// Most blocks that are read at a time.
+const READS: usize = 8;
+/// Refusal of a form that does not go on where the file ends.
+pub const OTHER_SIZE: Refusal =
+    Refusal::new(Status::Conflict, "this is not where what has come of the file ends: ask where it does");
 /// Longest text of a field: a digest in hexadecimal digits.
 const TEXT_BYTES: usize = 64;
-/// Bytes of a digest.
-pub const DIGEST_BYTES: usize = 32;
-
 /// Field of the form that comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Field {
@@ -113,6 +115,8 @@ enum Stage {
     Form,
     /// The form is whole, which has not been looked at yet.
     Whole,
+    /// The file came in two goes, and is read for its digest.
+    Reading,
     /// The file is put in place.
     Keeping(Step),
     /// The file is not wanted any more.
@@ -124,7 +128,7 @@ enum Stage {
 pub struct Told {
     /// Size in bytes, and SHA-256.
     pub size: u32,
-    pub digest: [u8; DIGEST_BYTES],
+    pub digest: Digest,
     /// Time of the file, seconds since 1970.
     pub modified: u64,
     /// Whether the file is to be played, and whether it has taken the place of another.
@@ -150,7 +154,9 @@ pub struct Upload {
     text: String<TEXT_BYTES>,
     written: Written,
     /// Digest that the file is to have; once it is whole, the one that it has.
-    digest: Option<[u8; DIGEST_BYTES]>,
+    digest: Option<Digest>,
+    /// Place in the file at which this form goes on; none if its sender cannot go on with it.
+    from: Option<u32>,
     /// Whether the file is to be played.
     pub prints: bool,
     stage: Stage,
@@ -160,11 +166,12 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// Begins with a form of this type, from a visitor of this role.
+    /// Begins with a form of this type, from a visitor of this role. `part` is what the form goes on with, or
+    /// begins, where its sender can go on with it after it broke off.
     ///
     /// # Errors
     /// The type is that of no form.
-    pub fn new(content_type: &str, role: Role) -> Result<Self, Refusal> {
+    pub fn new(content_type: &str, role: Role, part: Option<Part>) -> Result<Self, Refusal> {
         let form = Multipart::new(content_type).map_err(of_form)?;
         let written = Written { file: None, size: 0, hash: Sha256::new() };
         Ok(Self {
@@ -174,7 +181,8 @@ impl Upload {
             names: Names::default(),
             text: String::new(),
             written,
-            digest: None,
+            digest: part.map(|part| part.digest),
+            from: part.map(|part| part.size),
             prints: false,
             stage: Stage::Form,
             is_in_place: false,
@@ -205,14 +213,16 @@ impl Upload {
     /// Why the file is not taken.
     pub fn take(&mut self, place: usize, mut bytes: &[u8], card: &mut impl Storage) -> Result<(), Refusal> {
         let mut gathered = Gathered::default();
-        let Self { form, field, names, text, written, digest, prints, .. } = self;
+        let Self { form, field, names, text, written, digest, from, prints, .. } = self;
         while let Some(item) = form.next(&mut bytes).map_err(of_form)? {
             match item {
                 Item::Part { name, file_name } => {
                     text.clear();
                     *field = field_of(name, file_name);
                     if *field == Field::File {
-                        begin_file(place, file_name.unwrap_or_default(), names, written, card)?;
+                        begin_file(file_name.unwrap_or_default(), names, written)?;
+                        written.file = Some(open_file(place, digest.as_ref(), *from, card)?);
+                        written.size = from.unwrap_or(0);
                     }
                 }
                 Item::Data(data) => match *field {
@@ -228,7 +238,12 @@ impl Upload {
                         return Err(Refusal::bad("there is no such root: files are in gcodes"));
                     }
                     Field::Print => *prints = text.eq_ignore_ascii_case("true"),
-                    Field::Checksum => *digest = Some(read_digest(text)?),
+                    Field::Checksum => {
+                        let said = read_digest(text)?;
+                        if digest.replace(said).is_some_and(|before| before != said) {
+                            return Err(Refusal::bad("the file has two checksums"));
+                        }
+                    }
                     Field::Root | Field::File | Field::Folder | Field::Other => {}
                 },
                 Item::End => {}
@@ -245,21 +260,62 @@ impl Upload {
     /// Returns whether the form is whole: [`Self::go_on`] is to be called.
     #[must_use]
     pub const fn is_whole(&self) -> bool {
-        matches!(self.stage, Stage::Whole | Stage::Keeping(_))
+        matches!(self.stage, Stage::Whole | Stage::Reading | Stage::Keeping(_))
     }
 
-    /// Ends the form: the file is closed, and compared with the digest that it is to have.
-    fn end(&mut self, card: &mut impl Storage) -> Result<(), Refusal> {
+    /// Returns whether the file is read, whose blocks the card keeps for one visitor at a time.
+    #[must_use]
+    pub fn reads(&self) -> bool {
+        self.stage == Stage::Reading
+    }
+
+    /// Ends the form: the file is closed, and read anew where not all of it has come by this form.
+    fn end(&mut self, place: usize, card: &mut impl Storage) -> Result<(), Refusal> {
         self.form.finish().map_err(of_form)?;
         let file = self.written.file.take().ok_or(Refusal::bad("the form has no file"))?;
         card.close(file)?;
+        if self.from.unwrap_or(0) == 0 {
+            return self.compare(place, card);
+        }
+        self.written.hash = Sha256::new();
+        self.written.file = Some(keeping::read(place, card)?);
+        self.stage = Stage::Reading;
+        Ok(())
+    }
+
+    /// Reads some blocks of the file for its digest.
+    fn read(&mut self, place: usize, card: &mut impl Storage) -> Result<(), Refusal> {
+        let file = self.written.file.ok_or(StorageError::NotFound)?;
+        let mut block = [0; BLOCK];
+        for _ in 0..READS {
+            if !card.is_at_hand(file) {
+                break;
+            }
+            let count = card.read(file, &mut block)?;
+            self.written.hash.update(block.get(..count).unwrap_or_default());
+            if count == 0 {
+                self.written.file = None;
+                card.close(file)?;
+                return self.compare(place, card);
+            }
+        }
+        Ok(())
+    }
+
+    /// Compares the file with the digest that it is to have. From now on it is wanted whole, or not at all.
+    fn compare(&mut self, place: usize, card: &mut impl Storage) -> Result<(), Refusal> {
         let digest = self.written.hash.clone().finalize().into();
         let wanted = self.digest.replace(digest);
         if wanted.is_some_and(|wanted| wanted != digest) {
             let message = "the file has another checksum than was said: it has come damaged, send it again";
             return Err(Refusal::new(Status::UnprocessableContent, message));
         }
-        place::admit(&self.path()?, self.role)
+        place::admit(&self.path()?, self.role)?;
+        self.stage = Stage::Keeping(Step::Written);
+        if self.from.is_some() {
+            keeping::unmark(place, card)?;
+        }
+        Ok(())
     }
 
     /// Takes the next step of a file whose form is whole. True when it is in place.
@@ -269,10 +325,8 @@ impl Upload {
     pub fn go_on(&mut self, place: usize, card: &mut impl Storage) -> Result<bool, Refusal> {
         match self.stage {
             Stage::Form | Stage::Over => {}
-            Stage::Whole => {
-                self.end(card)?;
-                self.stage = Stage::Keeping(Step::Written);
-            }
+            Stage::Whole => self.end(place, card)?,
+            Stage::Reading => self.read(place, card)?,
             Stage::Keeping(step) => {
                 let path = self.path()?;
                 let step = keeping::go_on(place, step, &path, card)?;
@@ -287,9 +341,24 @@ impl Upload {
         Ok(false)
     }
 
-    /// Gives the file up, unless it is in place. [`Self::clear`] removes what is there of it.
+    /// Gives the file up, unless it is in place. [`Self::clear`] removes what is there of it, or keeps it
+    /// where the form has broken off and its sender can go on with it.
     pub fn give_up(&mut self) {
+        if self.stage != Stage::Form {
+            self.from = None;
+        }
         self.stage = Stage::Over;
+    }
+
+    /// Refuses the file: nothing of it is kept.
+    pub fn refuse(&mut self) {
+        self.from = None;
+    }
+
+    /// Returns whether this is a file of this digest that its sender can go on with, and still comes.
+    #[must_use]
+    pub fn comes_as(&self, digest: &Digest) -> bool {
+        self.stage == Stage::Form && self.from.is_some() && self.digest.as_ref() == Some(digest)
     }
 
     /// Returns whether the file was given up.
@@ -298,14 +367,15 @@ impl Upload {
         self.stage == Stage::Over
     }
 
-    /// Removes what is there of a file that was given up, when the card is at rest.
-    pub fn clear(&mut self, place: usize, card: &mut impl Storage) {
+    /// Removes what is there of a file that was given up, when the card is at rest. Returns what is kept of
+    /// it.
+    pub fn clear(&mut self, place: usize, card: &mut impl Storage) -> Option<Part> {
         if let Some(file) = self.written.file.take() {
-            // The file is not wanted.
+            // What has not come to the card is sent again.
             let _ = card.close(file);
         }
         // What cannot be removed now is removed before the next upload.
-        let _ = keeping::recover(place, card);
+        keeping::recover(place, self.from.is_some(), card).ok().flatten()
     }
 
     /// Returns the path of the file on the card.
@@ -340,13 +410,7 @@ fn field_of(name: &str, file_name: Option<&str>) -> Field {
     }
 }
 
-fn begin_file(
-    place: usize,
-    name: &str,
-    names: &mut Names,
-    written: &mut Written,
-    card: &mut impl Storage,
-) -> Result<(), Refusal> {
+fn begin_file(name: &str, names: &mut Names, written: &Written) -> Result<(), Refusal> {
     if written.file.is_some() {
         return Err(Refusal::bad("the form has two files: send one after the other"));
     }
@@ -355,9 +419,20 @@ fn begin_file(
     }
     names.text.extend_from_slice(name.as_bytes()).map_err(|_| Refusal::bad("the path is too long"))?;
     // The folder may yet come, and with it the path that the role is asked for.
-    names.path()?;
-    written.file = Some(keeping::begin(place, card)?);
-    Ok(())
+    names.path().map(drop)
+}
+
+/// Opens the file that is written: a new one, or one that has broken off, from a place in it.
+fn open_file(
+    place: usize,
+    digest: Option<&Digest>,
+    from: Option<u32>,
+    card: &mut impl Storage,
+) -> Result<FileHandle, Refusal> {
+    match from {
+        Some(size @ 1..) => keeping::write_on(place, size, card)?.ok_or(OTHER_SIZE),
+        from => Ok(keeping::begin(place, digest.filter(|_| from.is_some()), card)?),
+    }
 }
 
 fn add_text(text: &mut String<TEXT_BYTES>, data: &[u8]) -> Result<(), Refusal> {
@@ -365,7 +440,11 @@ fn add_text(text: &mut String<TEXT_BYTES>, data: &[u8]) -> Result<(), Refusal> {
     added.map_err(|()| Refusal::bad("a field of the form is too long, or no text"))
 }
 
-fn read_digest(text: &str) -> Result<[u8; DIGEST_BYTES], Refusal> {
+/// Reads a digest of 64 hexadecimal digits.
+///
+/// # Errors
+/// The text is none.
+pub fn read_digest(text: &str) -> Result<Digest, Refusal> {
     let wrong = Refusal::bad("checksum is the SHA-256 of the file, in 64 hexadecimal digits");
     let mut digest = [0; DIGEST_BYTES];
     if text.len() != 2 * DIGEST_BYTES || !text.bytes().all(|digit| digit.is_ascii_hexdigit()) {

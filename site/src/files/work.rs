@@ -5,13 +5,18 @@ use base::ports::Storage;
 use http::json::{Next, Parts, Writer};
 use http::{Body, Fields, Made, Request, Response, Role, Status};
 
-use super::keeping::UPLOADS;
+use super::keeping::{Part, UPLOADS};
 use super::picture::{self, Picture};
 use super::place;
 use super::reading::{Reading, type_of};
 use super::refusal::Refusal;
-use super::upload::Upload;
+use super::upload::{OTHER_SIZE, Upload, read_digest};
 use super::{CARD_PATIENCE_MS, Files, Visitor};
+
+/// Headers of an upload that its sender can go on with: the SHA-256 of the whole file, and the place in it at
+/// which the form goes on.
+const CHECKSUM: &str = "Upload-Checksum";
+const OFFSET: &str = "Upload-Offset";
 
 /// Work of a connection on files.
 #[derive(Debug)]
@@ -45,16 +50,55 @@ pub enum Stored {
 }
 
 impl Files {
-    /// Begins an upload of a form of this type.
+    /// Begins an upload, or goes on with one that broke off.
     ///
     /// # Errors
-    /// There are as many as can be, or the form is none.
-    pub fn begin_upload(&mut self, content_type: Option<&str>, role: Role) -> Result<FileWork, Refusal> {
-        let free = self.uploads.iter_mut().enumerate().find(|(_, upload)| upload.is_none());
-        let busy = Refusal::new(Status::ServiceUnavailable, "two uploads are under way: wait for one to end");
-        let (place, free) = free.ok_or(busy)?;
-        *free = Some(Upload::new(content_type.unwrap_or_default(), role)?);
+    /// There are as many as can be, the form is none, or what is there is not what it goes on with.
+    pub fn begin_upload(&mut self, request: &Request<'_>, role: Role) -> Result<FileWork, Refusal> {
+        let digest = request.header(CHECKSUM).map(read_digest).transpose()?;
+        let size = request.header(OFFSET).map_or(Ok(0), str::parse).map_err(|_| OTHER_SIZE)?;
+        let part = digest.map(|digest| Part { digest, size });
+        let Self { uploads, kept, .. } = self;
+        let place = if size > 0 {
+            let goes_on = |kept: &Option<(Part, u64)>| part.is_some() && kept.map(|(kept, _)| kept) == part;
+            kept.iter().position(goes_on).ok_or(OTHER_SIZE)?
+        } else {
+            // Another's part makes room only where there is no other.
+            let is_free = |place: &usize| uploads.get(*place).is_some_and(Option::is_none);
+            let has_part = |place: &usize| kept.get(*place).is_some_and(Option::is_some);
+            let busy = Refusal::new(Status::ServiceUnavailable, "two uploads are under way: wait for one to end");
+            (0..UPLOADS).filter(is_free).min_by_key(has_part).ok_or(busy)?
+        };
+        let upload = Upload::new(request.header("Content-Type").unwrap_or_default(), role, part)?;
+        if let (Some(free), Some(kept)) = (uploads.get_mut(place), kept.get_mut(place)) {
+            (*free, *kept) = (Some(upload), None);
+        }
         Ok(FileWork::Upload(place as u8))
+    }
+
+    /// Returns how much is there of the file of which a request has the digest, and the number of the upload
+    /// that it came by, if that had not ended: it has now. The card is at rest.
+    ///
+    /// # Errors
+    /// The request has no digest.
+    pub fn ask_part(
+        &mut self,
+        request: &Request<'_>,
+        now_ms: u64,
+        card: &mut impl Storage,
+    ) -> Result<(u32, Option<u8>), Refusal> {
+        let digest = read_digest(request.header(CHECKSUM).unwrap_or_default())?;
+        let comes = |upload: &Option<Upload>| upload.as_ref().is_some_and(|upload| upload.comes_as(&digest));
+        let under_way = self.uploads.iter().position(comes);
+        if let Some(place) = under_way
+            && let Some(upload) = self.uploads.get_mut(place).and_then(Option::as_mut)
+        {
+            upload.give_up();
+            self.clear_at(place, now_ms, card);
+        }
+        self.recover(now_ms, card);
+        let part = self.kept.iter().flatten().find(|(part, _)| part.digest == digest);
+        Ok((part.map_or(0, |(part, _)| part.size), under_way.map(|place| place as u8)))
     }
 
     /// Begins to send a file, or a picture out of one. `rest` is the path below the root. Without a head the
@@ -130,7 +174,13 @@ impl Files {
     /// Why the upload is refused.
     pub fn take(&mut self, number: u8, bytes: &[u8], card: &mut impl Storage) -> Result<(), Refusal> {
         match self.uploads.get_mut(usize::from(number)) {
-            Some(Some(upload)) => upload.take(usize::from(number), bytes, card),
+            Some(Some(upload)) => {
+                let taken = upload.take(usize::from(number), bytes, card);
+                if taken.is_err() {
+                    upload.refuse();
+                }
+                taken
+            }
             Some(None) | None => Err(Refusal::bad("the upload has ended")),
         }
     }
@@ -150,6 +200,9 @@ impl Files {
             return None;
         }
         let upload = self.uploads.get_mut(usize::from(number))?.as_mut()?;
+        if upload.reads() && !self.reads.take(place, now_ms, CARD_PATIENCE_MS) {
+            return None;
+        }
         let done = upload.go_on(usize::from(number), card);
         let path = upload.path().unwrap_or_default();
         let told = upload.told();
@@ -213,13 +266,17 @@ impl Files {
             if !self.has_card(Visitor::Site, now_ms, card) {
                 return true;
             }
-            if let Some(upload) = self.uploads.get_mut(place)
-                && let Some(mut over) = upload.take()
-            {
-                over.clear(place, card);
-            }
+            self.clear_at(place, now_ms, card);
         }
         false
+    }
+
+    /// Clears away an upload that was given up, and keeps what its sender can go on with.
+    fn clear_at(&mut self, place: usize, now_ms: u64, card: &mut impl Storage) {
+        let over = self.uploads.get_mut(place).and_then(Option::take);
+        if let (Some(mut over), Some(kept)) = (over, self.kept.get_mut(place)) {
+            *kept = over.clear(place, card).map(|part| (part, now_ms));
+        }
     }
 
     /// Notes whether an upload that is in place is played.

@@ -8,7 +8,7 @@ type Refused<'f> = (&'f [(&'f str, &'f str)], &'f str, &'f str);
 const BOUNDARY: &str = "----a-boundary-0123";
 
 /// Makes a form of fields and a file.
-fn form(fields: &[(&str, &str)], name: &str, content: &[u8]) -> Vec<u8> {
+pub(super) fn form(fields: &[(&str, &str)], name: &str, content: &[u8]) -> Vec<u8> {
     let mut body = Vec::new();
     for (field, value) in fields {
         let part = format!("--{BOUNDARY}\r\nContent-Disposition: form-data; name=\"{field}\"\r\n\r\n{value}\r\n");
@@ -26,8 +26,13 @@ fn form(fields: &[(&str, &str)], name: &str, content: &[u8]) -> Vec<u8> {
 
 /// Makes the request that sends a form.
 fn upload(body: &[u8]) -> Vec<u8> {
+    request_of("", body)
+}
+
+/// Makes the request that sends a form, with more headers.
+pub(super) fn request_of(headers: &str, body: &[u8]) -> Vec<u8> {
     let mut request = format!(
-        "POST /server/files/upload HTTP/1.1\r\nHost: velvet.local\r\nContent-Length: {}\r\n\
+        "POST /server/files/upload HTTP/1.1\r\nHost: velvet.local\r\n{headers}Content-Length: {}\r\n\
          Content-Type: multipart/form-data; boundary={BOUNDARY}\r\n\r\n",
         body.len()
     )
@@ -36,12 +41,12 @@ fn upload(body: &[u8]) -> Vec<u8> {
     request
 }
 
-fn content(size: usize) -> Vec<u8> {
+pub(super) fn content(size: usize) -> Vec<u8> {
     (0..size).map(|at| b"G1 X12.5 Y3\r\n-"[at * 7 % 14] ^ (at / 900) as u8).collect()
 }
 
 impl Desk {
-    fn put(&mut self, fields: &[(&str, &str)], name: &str, content: &[u8]) -> String {
+    pub(super) fn put(&mut self, fields: &[(&str, &str)], name: &str, content: &[u8]) -> String {
         self.open(0);
         let answer = self.send(0, &upload(&form(fields, name, content)));
         self.site.close(0, &mut self.card);
@@ -50,7 +55,7 @@ impl Desk {
     }
 
     /// Gives the site time for what is to be done on files.
-    fn run(&mut self) {
+    pub(super) fn run(&mut self) {
         for _ in 0..100 {
             self.now += 1;
             self.site.run(self.now, &mut self.card);
@@ -58,7 +63,7 @@ impl Desk {
     }
 
     /// Calls a method. Returns the answer's message.
-    fn ask(&mut self, place: usize, method: &str, parameters: &str) -> String {
+    pub(super) fn ask(&mut self, place: usize, method: &str, parameters: &str) -> String {
         let message = format!(r#"{{"jsonrpc":"2.0","method":"{method}","params":{{{parameters}}},"id":7}}"#);
         let mut heard = self.call(place, &message);
         self.run();
@@ -475,33 +480,4 @@ fn a_stop_waits_for_no_list() {
     let refused = told.iter().filter(|told| told.contains(r#""code":503"#)).count();
     assert_eq!((answers, refused), (3, 1), "three at a time");
     assert!(desk.ask(1, "server.files.list", r#""root":"gcodes""#).contains("199.gcode"), "there is room again");
-}
-
-#[test]
-fn what_others_change_is_told_once_in_a_while_and_own_changes_once() {
-    let mut desk = Desk::new(Role::Own);
-    desk.card.put("/sd/a.g", b"x");
-    desk.upgrade(0);
-    desk.now += 10_000;
-    desk.run();
-    desk.hear(0);
-    let told = |desk: &mut Desk| {
-        desk.run();
-        let heard = desk.hear(0);
-        messages(&heard).into_iter().filter(|message| message.contains("filelist_changed")).collect::<Vec<_>>()
-    };
-    assert_eq!(told(&mut desk), Vec::<String>::new());
-    // Another console removes a file, and makes two folders.
-    desk.card.remove("/sd/a.g").unwrap();
-    let others = r#"{"jsonrpc":"2.0","method":"notify_filelist_changed","params":[{"action":"root_update","item":{"root":"gcodes","path":""}}]}"#;
-    assert_eq!(told(&mut desk), [others]);
-    desk.card.make_directory("/sd/b").unwrap();
-    desk.card.make_directory("/sd/c").unwrap();
-    assert_eq!(told(&mut desk), Vec::<String>::new(), "not yet");
-    desk.now += 2_000;
-    assert_eq!(told(&mut desk), [others]);
-    desk.now += 2_000;
-    let answer = desk.ask(0, "server.files.post_directory", r#""path":"gcodes/d""#);
-    assert!(answer.contains("create_dir"), "{answer}");
-    assert_eq!(told(&mut desk), Vec::<String>::new(), "the visitor's own was told by its own words");
 }

@@ -162,6 +162,7 @@ fn snapshot() -> Snapshot {
 }
 
 mod files;
+mod resuming;
 
 #[test]
 fn the_page_is_served_and_kept_by_browsers() {

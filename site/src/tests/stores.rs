@@ -1,4 +1,4 @@
-//! What is told of before: temperatures, lines of the console; and the mesh, which is told piecewise.
+//! State that others have made: temperatures and lines from before, the mesh, changes of files.
 
 use base::bed::MeshName;
 use base::snapshot::MeshShown;
@@ -128,4 +128,33 @@ fn lines_from_before_are_told_to_who_comes() {
         "{}",
         answers[0]
     );
+}
+
+#[test]
+fn what_others_change_is_told_once_in_a_while_and_own_changes_once() {
+    let mut desk = Desk::new(Role::Own);
+    desk.card.put("/sd/a.g", b"x");
+    desk.upgrade(0);
+    desk.now += 10_000;
+    desk.run();
+    desk.hear(0);
+    let told = |desk: &mut Desk| {
+        desk.run();
+        let heard = desk.hear(0);
+        messages(&heard).into_iter().filter(|message| message.contains("filelist_changed")).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&mut desk), Vec::<String>::new());
+    // Another console removes a file, and makes two folders.
+    desk.card.remove("/sd/a.g").unwrap();
+    let others = r#"{"jsonrpc":"2.0","method":"notify_filelist_changed","params":[{"action":"root_update","item":{"root":"gcodes","path":""}}]}"#;
+    assert_eq!(told(&mut desk), [others]);
+    desk.card.make_directory("/sd/b").unwrap();
+    desk.card.make_directory("/sd/c").unwrap();
+    assert_eq!(told(&mut desk), Vec::<String>::new(), "not yet");
+    desk.now += 2_000;
+    assert_eq!(told(&mut desk), [others]);
+    desk.now += 2_000;
+    let answer = desk.ask(0, "server.files.post_directory", r#""path":"gcodes/d""#);
+    assert!(answer.contains("create_dir"), "{answer}");
+    assert_eq!(told(&mut desk), Vec::<String>::new(), "the visitor's own was told by its own words");
 }

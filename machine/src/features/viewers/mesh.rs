@@ -1,8 +1,8 @@
-//! The mesh of the bed, as viewers see it: rows from the front, each from the left, whichever way it was probed.
+//! The mesh of the bed, as viewers see it: rows from the front, each from the left, whichever way it was
+//! probed.
 
 use base::Ports;
 use base::bed::Bed;
-use base::ports::{MotionPort as _, Viewers as _};
 use base::snapshot::MeshShown;
 use motion::{GridShape, MOST_SIDE, Motion};
 

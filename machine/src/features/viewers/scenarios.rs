@@ -203,3 +203,34 @@ fn factors_of_rapids_and_of_the_spindle_act_at_once() {
     bench.hear(0.5);
     assert_ne!(look(&mut bench).rapid_factor, 0.5, "not while it is halted");
 }
+
+#[test]
+fn the_mesh_is_shown_from_the_front_left_once_for_each_change() {
+    let mesh = |origin: &str, spacing: &str| {
+        format!(
+            "; Velvet bed mesh, see docs/leveling.md\npoints 3 2\norigin {origin}\nspacing {spacing}\n0.1 0.2 0.3\n-0.1 -0.2 -0.3\n"
+        )
+    };
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[zprobe] leveling = cartesian grid")
+        .file("ahead.mesh", &mesh("10 20", "40 30"))
+        .file("back.mesh", &mesh("90 50", "-40 -30"))
+        .start();
+    assert_eq!(look(&mut bench).mesh, None);
+    let said = bench.say("BED_MESH_PROFILE LOAD=ahead");
+    let shown = look(&mut bench).mesh.expect(&said);
+    assert_eq!((shown.name.as_str(), shown.count, shown.ends), ("ahead", [3, 2], [[10.0, 20.0], [90.0, 50.0]]));
+    let (number, heights) = bench.network(|network| network.heights.clone());
+    assert_eq!((number, heights), (shown.number, vec![vec![0.1, 0.2, 0.3], vec![-0.1, -0.2, -0.3]]));
+    bench.network(|network| network.heights.1.clear());
+    assert_eq!(look(&mut bench).mesh, Some(shown));
+    assert!(bench.network(|network| network.heights.1.is_empty()), "they are known");
+    bench.say("BED_MESH_PROFILE LOAD=back");
+    let back = look(&mut bench).mesh.expect("a mesh");
+    assert_eq!((back.count, back.ends), (shown.count, shown.ends));
+    let (number, heights) = bench.network(|network| network.heights.clone());
+    assert_eq!((number, heights), (back.number, vec![vec![-0.3, -0.2, -0.1], vec![0.3, 0.2, 0.1]]));
+    assert_ne!(back.number, shown.number);
+    bench.say("BED_MESH_CLEAR");
+    assert_eq!(look(&mut bench).mesh, None);
+}
