@@ -2,9 +2,9 @@
 &[
     ("/index.html", "text/html; charset=utf-8", include_bytes!("index.html.gz")),
     ("/style-fcc776d373.css", "text/css; charset=utf-8", include_bytes!("style-fcc776d373.css.gz")),
-    ("/shell-a1b5e049b8.js", "text/javascript; charset=utf-8", include_bytes!("shell-a1b5e049b8.js.gz")),
-    ("/more-58d9d5fd4f.js", "text/javascript; charset=utf-8", include_bytes!("more-58d9d5fd4f.js.gz")),
-    ("/views-2548e73e9d.css", "text/css; charset=utf-8", include_bytes!("views-2548e73e9d.css.gz")),
+    ("/shell-d9f2cbc730.js", "text/javascript; charset=utf-8", include_bytes!("shell-d9f2cbc730.js.gz")),
+    ("/more-1a2cb92f36.js", "text/javascript; charset=utf-8", include_bytes!("more-1a2cb92f36.js.gz")),
+    ("/views-25b54fecbc.css", "text/css; charset=utf-8", include_bytes!("views-25b54fecbc.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
     ("/settings-098c0d73d9.json", "application/json", include_bytes!("settings-098c0d73d9.json.gz")),
 ]

@@ -20,6 +20,9 @@ export class Api {
   readonly card: Card;
   private readonly web: string;
   readonly started = Date.now();
+  /** Bytes of the next upload after which its link dies, and where the last one went on. */
+  cutUploadAt = 0;
+  uploadedFrom = 0;
   notify: (method: string, ...params: unknown[]) => void = () => undefined;
   private readonly codes: Record<string, string>;
   private lines: Result<"server.gcode_store">["gcode_store"] = [];
@@ -194,7 +197,7 @@ export class Api {
     "server.files.move": ({ source, dest }) => this.move(source, dest),
     "server.files.post_directory": ({ path }) => { const inner = path.replace(/^gcodes\/?/, ""); this.card.folders.add(inner); return this.changed("create_dir", inner); },
     "server.temperature_store": () => Object.fromEntries(this.store),
-    "server.gcode_store": ({ count }) => ({ gcode_store: this.lines.slice(-count) }),
+    "server.gcode_store": ({ count }) => ({ gcode_store: this.lines.slice(-(count ?? 1000)) }),
     "access.post_api_key": ({ name, role }) => {
       if (this.keys.some((key) => key.name === name)) throw new Failure(409, "another key has this name: revoke that one first");
       this.keys.push({ name, role: role ?? "Operate" });

@@ -81,11 +81,28 @@ export function pocket(): Buffer {
   return Buffer.from(out.join(""));
 }
 
+function buttons(kind: string) {
+  return kind === "printer"
+    ? [
+      { label: "Load filament", script: "M701", confirm: false },
+      { label: "Preheat PLA", script: "M104 S205\nM140 S60", confirm: false },
+      { label: "Preheat PETG", script: "M104 S235\nM140 S80", confirm: false },
+      { label: "All off", script: "M104 S0\nM140 S0\nM107", confirm: true },
+    ]
+    : [
+      { label: "Park", script: "G28.2", confirm: false },
+      { label: "Warm up the spindle", script: "M3 S6000", confirm: true },
+    ];
+}
+
 export class Card {
   readonly files = new Map<string, Stored>();
   readonly folders = new Set<string>(["parts", "calibration"]);
 
   constructor(kind: string) {
+    this.folders.add("macros");
+    this.files.set("macros/buttons.json", { bytes: Buffer.from(JSON.stringify(buttons(kind))), modified: Date.now() / 1000 });
+    this.files.set("macros/Clean the nozzle.g", { bytes: Buffer.from("G1 X10 F3000\nG1 X30\nG1 X10\n"), modified: Date.now() / 1000 });
     const day = Date.now() / 1000 - 86400;
     const put = (path: string, bytes: Buffer, age: number) => this.files.set(path, { bytes, modified: day - age });
     if (kind === "mill") {

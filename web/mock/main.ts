@@ -1,6 +1,6 @@
 // The mock board's server: dist/ as the board sends it, the API over HTTP and WebSocket, uploads to memory.
 import { createServer, type IncomingMessage, type ServerResponse } from "node:http";
-import { randomBytes } from "node:crypto";
+import { createHash, randomBytes } from "node:crypto";
 import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { AddressInfo } from "node:net";
@@ -12,7 +12,7 @@ import { run } from "./gcode";
 import { Machine } from "./machine";
 
 export interface Wanted { web: string; port: number; kind: "printer" | "mill"; entry: "open" | "login" | "watch" | "first"; speed: number; bare?: boolean }
-export interface Board { port: number; machine: Machine; code: () => string; close: () => Promise<void> }
+export interface Board { port: number; machine: Machine; api: Api; code: () => string; close: () => Promise<void> }
 
 const KINDS: Record<string, string> = { html: "text/html; charset=utf-8", js: "text/javascript; charset=utf-8", css: "text/css; charset=utf-8", svg: "image/svg+xml", json: "application/json", png: "image/png" };
 
@@ -71,13 +71,37 @@ async function enter(doors: Doors, request: IncomingMessage, response: ServerRes
   } else json(response, 401, { error: { code: 401, message: "That is not the password." } });
 }
 
+/** Parts of uploads that broke off, by their digests. */
+const parts = new Map<string, Buffer>();
+
 async function upload(api: Api, request: IncomingMessage, response: ServerResponse): Promise<void> {
+  const digest = String(request.headers["upload-checksum"] ?? "");
+  const from = Number(request.headers["upload-offset"] ?? 0);
+  if (from !== (from ? parts.get(digest)?.length : 0)) { json(response, 409, { error: { code: 409, message: "this is not where what has come of the file ends: ask where it does" } }); return; }
+  if (api.cutUploadAt) {
+    // The link dies, with so much of the file on the card, until the page asks how much that is: browsers try once more by themselves.
+    const cut = api.cutUploadAt;
+    const come: Buffer[] = [];
+    request.on("data", (piece: Buffer) => {
+      come.push(piece);
+      const all = Buffer.concat(come);
+      const file = all.indexOf("\r\n\r\n", all.indexOf('name="file"')) + 4;
+      if (all.length < file + cut) return;
+      parts.set(digest, all.subarray(file, file + cut));
+      request.socket.destroy();
+    });
+    return;
+  }
   const form = await new Request("http://mock/", { method: "POST", headers: { "Content-Type": request.headers["content-type"] ?? "" }, body: new Uint8Array(await body(request)) }).formData();
   const file = form.get("file") as File | null;
   if (!file) { json(response, 400, { error: { code: 400, message: "There is no file in it." } }); return; }
   const folder = String(form.get("path") ?? "");
   const path = folder ? `${folder}/${file.name}` : file.name;
-  api.card.files.set(path, { bytes: Buffer.from(await file.arrayBuffer()), modified: Date.now() / 1000 });
+  const whole = Buffer.concat([from ? parts.get(digest)! : Buffer.alloc(0), Buffer.from(await file.arrayBuffer())]);
+  if (digest && createHash("sha256").update(whole).digest("hex") !== digest) { json(response, 422, { error: { code: 422, message: "the file has another checksum than was said" } }); return; }
+  parts.delete(digest);
+  api.uploadedFrom = from;
+  api.card.files.set(path, { bytes: whole, modified: Date.now() / 1000 });
   api.changed("create_file", path);
   json(response, 201, { item: { path, root: "gcodes", modified: Date.now() / 1000, size: file.size, permissions: "rw" }, print_started: false, print_queued: false, action: "create_file" });
 }
@@ -159,6 +183,10 @@ export async function serve(wanted: Wanted): Promise<Board> {
     else if (request.method === "POST" && url === "/printer/emergency_stop") json(response, allowed ? 200 : 401, { result: allowed ? run(machine, "M112") : "" });
     else if (url.startsWith("/server/files/") && !allowed) json(response, 401, { error: { code: 401, message: "Log in first." } });
     else if (request.method === "POST" && url === "/server/files/upload") void upload(api, request, response);
+    else if (url === "/server/files/upload") {
+      api.cutUploadAt = 0;
+      json(response, 200, { result: { offset: parts.get(String(request.headers["upload-checksum"]))?.length ?? 0 } });
+    }
     else if (url.startsWith("/server/files/gcodes/")) download(api, url.slice(21), request, response);
     else page(wanted.web, url, response);
   });
@@ -176,7 +204,7 @@ export async function serve(wanted: Wanted): Promise<Board> {
   ];
   await new Promise<void>((done) => { server.listen(wanted.port, "127.0.0.1", done); });
   return {
-    port: (server.address() as AddressInfo).port, machine, code: () => doors.lastCode,
+    port: (server.address() as AddressInfo).port, machine, api, code: () => doors.lastCode,
     close: async () => { timers.forEach(clearInterval); for (const socket of clients.keys()) socket.terminate(); server.closeAllConnections(); await new Promise((done) => { server.close(done); }); },
   };
 }

@@ -17,23 +17,6 @@ function mesh() {
 
 const heater = (max: number): Heater => ({ temperature: 22, target: 0, power: 0, max_temp: max });
 
-function macros(kind: "printer" | "mill") {
-  return kind === "printer"
-    ? [
-      { name: "load", label: "Load filament", script: "M701", group: "Filament", confirm: false },
-      { name: "unload", label: "Unload filament", script: "M702", group: "Filament", confirm: false },
-      { name: "level", label: "Probe the bed", script: "G29", group: "Bed", confirm: false },
-      { name: "pla", label: "Preheat PLA", script: "M104 S205\nM140 S60", group: "Heat", confirm: false },
-      { name: "petg", label: "Preheat PETG", script: "M104 S235\nM140 S80", group: "Heat", confirm: false },
-      { name: "off", label: "All off", script: "M104 S0\nM140 S0\nM107", group: "Heat", confirm: false },
-    ]
-    : [
-      { name: "park", label: "Park", script: "G28.2", group: "Machine", confirm: false },
-      { name: "vacuum", label: "Vacuum", script: "M106", group: "Machine", confirm: false },
-      { name: "warm", label: "Warm up the spindle", script: "M3 S6000", group: "Spindle", confirm: true },
-    ];
-}
-
 export function firstStatus(kind: "printer" | "mill"): World {
   const isMill = kind === "mill";
   const offsets = ["G54", "G55", "G56", "G57", "G58", "G59"].map((name, index) => ({ name, at: index === 0 ? [42.5, 31, -18.25] : index === 1 ? [160, 31, -18.25] : [0, 0, 0] }));
@@ -58,7 +41,7 @@ export function firstStatus(kind: "printer" | "mill"): World {
       tool: isMill ? { number: 1, name: "6 mm end mill", length: 41.2 } : null,
       spindle: isMill ? { rpm: 0, target: 0, direction: "off", max_rpm: 24000 } : null,
       laser: null, coolant: isMill ? { flood: false, mist: false } : null, overrides: { feed: 1, rapid: 1, spindle: 1 },
-      limits: { x_min: false, y_min: false, z_max: false }, probe: { is_triggered: false, last: null }, macros: macros(kind), messages: [],
+      limits: { x_min: false, y_min: false, z_max: false }, probe: { is_triggered: false, last: null }, messages: [],
     },
   };
   if (!isMill) Object.assign(world, { extruder: { ...heater(300), can_extrude: false }, heater_bed: heater(120), "heater_generic chamber": heater(70) });

@@ -10,9 +10,12 @@ import { SettingsView } from "./more/settings";
 import { SystemView } from "./more/system";
 import { WorkView } from "./more/work";
 import { duration, plainName } from "./shell/format";
+import { startButtons } from "./state/buttons";
 import { obj } from "./state/machine";
 import { say } from "./state/notices";
 import type { View } from "./state/route";
+
+startButtons();
 
 const ENDS: Record<string, string> = { complete: "is done", cancelled: "was cancelled", error: "was broken off" };
 let lastState: string | undefined;

@@ -28,6 +28,10 @@ export async function shots(folder: string, only: string): Promise<void> {
       await page.waitForTimeout(2500);
       await shot("machine");
       await shot("machine-whole", true);
+      await page.getByRole("button", { name: "Make and change buttons" }).click();
+      await page.waitForTimeout(400);
+      await shot("buttons");
+      await page.keyboard.press("Escape");
       for (const view of kind === "mill" ? ["Work"] : ["Bed", "Settings", "System", "Console"]) {
         await visit(page, view);
         await page.waitForTimeout(700);

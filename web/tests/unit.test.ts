@@ -1,10 +1,12 @@
 // What needs no browser: the table of the API, reading G-code, figures as people read them.
 import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
 import { ROLES } from "../src/api/types";
 import { pathReader } from "../src/parts/gcode";
+import { Sha256 } from "../src/parts/sha256";
 import { readPreflight } from "../src/parts/preflight";
 import { readIni, type Schema, settingsOf } from "../src/parts/settings";
 import { bytes, duration, num, plainName } from "../src/shell/format";
@@ -27,6 +29,17 @@ function documented(): Record<string, string> {
 
 test("docs/api.md has every method of types.ts, with its role", () => {
   assert.deepEqual(documented(), { ...ROLES });
+});
+
+test("digests are SHA-256, in pieces of any size", () => {
+  const bytes = Uint8Array.from({ length: 1000 }, (_, at) => at * 31 % 256);
+  for (let size = 0; size <= 300; size++) {
+    for (const piece of [1, 55, 64, 129, 1000]) {
+      const hash = new Sha256();
+      for (let at = 0; at < size; at += piece) hash.add(bytes.subarray(at, Math.min(size, at + piece)));
+      assert.equal(hash.hex(), createHash("sha256").update(bytes.subarray(0, size)).digest("hex"), `${size} by ${piece}`);
+    }
+  }
 });
 
 function path(text: string, isPrinter = false): number[][] {

@@ -63,7 +63,6 @@ export interface Fault { code: string; text: string; remedy: string; since?: num
 export interface Offset { name: string; at: number[] }
 export interface Tool { number: number; name: string; length: number }
 export interface Spindle { rpm: number; target: number; direction: "off" | "clockwise" | "counterclockwise"; max_rpm: number }
-export interface Macro { name: string; label: string; script: string; group: string; confirm: boolean }
 export interface Message { time: number; level: Level; text: string }
 /** What Moonraker has no words for. */
 export interface Velvet {
@@ -80,7 +79,6 @@ export interface Velvet {
   overrides: { feed: number; rapid: number; spindle: number };
   limits: Record<string, boolean>;
   probe: { is_triggered: boolean; last: number[] | null } | null;
-  macros: Macro[];
   messages: Message[];
 }
 
@@ -129,6 +127,7 @@ export interface Metadata {
   thumbnails?: Thumbnail[];
 }
 export interface Series { temperatures: number[]; targets?: number[]; powers?: number[] }
+/** A line of the console, with its Unix time; the board tells the time since its start, with the present one as `eventtime`. */
 export interface StoreLine { message: string; time: number; type: "command" | "response" }
 export interface PathPiece { next: number; lost: boolean; points: number[][] }
 export interface PasswordStep { state: "confirm"; shown_on: string; expires_s: number }
@@ -161,7 +160,7 @@ export interface Methods {
   "server.files.move": [{ source: string; dest: string }, { item: { root: string; path: string }; action: string }];
   "server.files.post_directory": [{ path: string }, { item: { root: string; path: string }; action: string }];
   "server.temperature_store": [Nothing, Record<string, Series>];
-  "server.gcode_store": [{ count: number }, { gcode_store: StoreLine[] }];
+  "server.gcode_store": [{ count?: number }, { gcode_store: StoreLine[]; eventtime?: number }];
   "access.info": [Nothing, AccessInfo];
   "access.get_user": [Nothing, User];
   "access.login": [{ username: string; password: string }, { username: string; role: Role; action: string }];

@@ -164,7 +164,7 @@ function Uploads() {
       <ul class="uploads">
         {all.map((one) => (
           <li key={one.id}>
-            <span class="grow"><b>{one.name}</b> <small class={one.state === "failed" ? "wrong" : ""}>{one.state === "going" ? `${bytes(one.sent)} of ${bytes(one.size)}${one.rate ? `, ${bytes(one.rate)}/s` : ""}` : one.state === "done" ? "is on the card" : one.reason}</small></span>
+            <span class="grow"><b>{one.name}</b> <small class={one.state === "failed" ? "wrong" : ""}>{one.state === "going" && !one.reason ? `${bytes(one.sent)} of ${bytes(one.size)}${one.rate ? `, ${bytes(one.rate)}/s` : ""}` : one.state === "done" ? "is on the card" : one.reason}</small></span>
             {one.state === "going" && <Button icon="cancel" kind="plain" label={`Stop ${one.name}`} onPress={() => cancelUpload(one.id)} />}
             <Bar part={one.state === "done" ? 1 : one.size ? one.sent / one.size : 0} label={`${one.name}: sent`} />
           </li>

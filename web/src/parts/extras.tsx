@@ -1,42 +1,70 @@
-// Buttons of the user's own, and what the machine has said last.
+// Buttons of people's own, and what the machine has said last.
 import { useSignal } from "@preact/signals";
-import type { Macro } from "../api/types";
 import { Button, Card, Dialog, Empty } from "../shell/parts";
-import { clock } from "../shell/format";
+import { clock, plainName } from "../shell/format";
+import { keep, type Macro, macros, play, played, press } from "../state/buttons";
 import { consoleLines, isBad } from "../state/history";
-import { isLive, mode, obj } from "../state/machine";
-import { script } from "../state/notices";
-import { mayOperate } from "../state/session";
+import { isFree, isLive, mode, obj } from "../state/machine";
+import { isOwner, mayOperate } from "../state/session";
+
+function EditButtons({ onClose }: { onClose: () => void }) {
+  const all = useSignal<Macro[]>(macros.peek().length ? macros.peek() : [{ label: "", script: "", confirm: false }]);
+  const change = (at: number, fields: Partial<Macro>) => { all.value = all.peek().map((one, n) => (n === at ? { ...one, ...fields } : one)); };
+  const up = (at: number) => { all.value = all.peek().map((one, n, of) => (n === at - 1 ? of[at]! : n === at ? of[at - 1]! : one)); };
+  const store = async (event: Event) => {
+    event.preventDefault();
+    if (await keep(all.peek().filter((one) => one.label.trim()))) onClose();
+  };
+  return (
+    <Dialog title="Buttons" onClose={onClose} wide>
+      <form class="form" onSubmit={store}>
+        {all.value.map((one, at) => (
+          <fieldset key={at} class="madebutton">
+            <legend class="unseen">Button {at + 1}</legend>
+            <div class="row">
+              <input class="grow" type="text" aria-label="Words on the button" placeholder="Words on the button" maxLength={40} value={one.label} onInput={(event) => change(at, { label: event.currentTarget.value })} />
+              <Button icon="up" kind="plain" label="Further up" disabled={!at} onPress={() => up(at)} />
+              <Button icon="trash" kind="plain" label="Remove this button" onPress={() => { all.value = all.peek().filter((_, n) => n !== at); }} />
+            </div>
+            <textarea aria-label="Lines that it sends" placeholder={"Lines that it sends, such as\nG28\nM104 S200"} rows={Math.min(8, Math.max(2, one.script.split("\n").length))} spellcheck={false} value={one.script} onInput={(event) => change(at, { script: event.currentTarget.value })} />
+            <label class="check"><input type="checkbox" checked={one.confirm} onChange={(event) => change(at, { confirm: event.currentTarget.checked })} /> Ask before they are sent</label>
+          </fieldset>
+        ))}
+        <div class="row between wrap">
+          <Button onPress={() => { all.value = [...all.peek(), { label: "", script: "", confirm: false }]; }}>Another button</Button>
+          <Button kind="main" submit>Keep</Button>
+        </div>
+        <p class="note">Kept on the card, for every browser. Files in its folder macros are buttons as well.</p>
+      </form>
+    </Dialog>
+  );
+}
 
 export function Macros() {
   const asked = useSignal<Macro | null>(null);
-  const macros = obj("velvet")?.macros ?? [];
-  const groups = [...new Set(macros.map((one) => one.group))];
+  const isEdited = useSignal(false);
   const may = mayOperate.value && isLive.value && mode.value !== "Alarm";
-  if (!macros.length) return null;
-  const press = (one: Macro) => {
-    if (!one.confirm) return script(one.script);
+  const isEmpty = !macros.value.length && !played.value.length;
+  if (isEmpty && !isOwner.value) return null;
+  const begin = (one: Macro) => {
+    if (!one.confirm) return press(one);
     asked.value = one;
     return undefined;
   };
   return (
-    <Card title="Buttons">
-      <div class="macros">
-        {groups.map((group) => (
-          <div key={group} role="group" aria-label={group}>
-            <h3>{group}</h3>
-            <div class="row wrap">
-              {macros.filter((one) => one.group === group).map((one) => <Button key={one.name} disabled={!may} title={one.script} onPress={() => press(one)}>{one.label}</Button>)}
-            </div>
-          </div>
-        ))}
+    <Card title="Buttons" aside={isOwner.value && <Button icon="edit" kind="plain" label="Make and change buttons" onPress={() => { isEdited.value = true; }} />}>
+      {isEmpty && <Empty>Make a button of lines that you send often.</Empty>}
+      <div class="row wrap">
+        {macros.value.map((one, at) => <Button key={at} disabled={!may} title={one.script} onPress={() => begin(one)}>{one.label}</Button>)}
+        {played.value.map((name) => <Button key={name} icon="play" disabled={!mayOperate.value || !isFree.value} title={`Plays macros/${name}`} onPress={() => play(name)}>{plainName(name)}</Button>)}
       </div>
+      {isEdited.value && <EditButtons onClose={() => { isEdited.value = false; }} />}
       {asked.value && (
         <Dialog title={`${asked.value.label}?`} onClose={() => { asked.value = null; }}>
           <pre class="code">{asked.value.script}</pre>
           <div class="row end">
             <Button onPress={() => { asked.value = null; }}>No</Button>
-            <Button kind="main" onPress={async () => { const one = asked.peek(); asked.value = null; if (one) await script(one.script); }}>{asked.value.label}</Button>
+            <Button kind="main" onPress={async () => { const one = asked.peek(); asked.value = null; if (one) await press(one); }}>{asked.value.label}</Button>
           </div>
         </Dialog>
       )}

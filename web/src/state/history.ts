@@ -71,7 +71,10 @@ export const codes = signal<[string, string][]>([]);
 export function startHistory(): void {
   onReady(() => {
     void fillTemperatures().catch(() => undefined);
-    void call("server.gcode_store", { count: 200 }).then((store) => { consoleLines.value = store.gcode_store; }).catch(() => undefined);
+    void call("server.gcode_store", { count: 200 }).then(({ gcode_store, eventtime }) => {
+      const start = eventtime === undefined ? 0 : Date.now() / 1000 - eventtime;
+      consoleLines.value = gcode_store.map((line) => ({ ...line, time: line.time + start }));
+    }).catch(() => undefined);
     void call("printer.gcode.help", {}).then((help) => { codes.value = Object.entries(help).sort(); }).catch(() => undefined);
   });
   window.setInterval(sample, 1000);

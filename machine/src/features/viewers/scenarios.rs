@@ -206,9 +206,9 @@ fn factors_of_rapids_and_of_the_spindle_act_at_once() {
 
 #[test]
 fn the_mesh_is_shown_from_the_front_left_once_for_each_change() {
-    let mesh = |origin: &str, spacing: &str| {
+    let mesh = |origin: &str, step: &str| {
         format!(
-            "; Velvet bed mesh, see docs/leveling.md\npoints 3 2\norigin {origin}\nspacing {spacing}\n0.1 0.2 0.3\n-0.1 -0.2 -0.3\n"
+            "; Velvet bed mesh\nmesh 1\npoints 3 2\norigin {origin}\nstep {step}\nheights\n0.1 0.2 0.3\n-0.1 -0.2 -0.3\n"
         )
     };
     let mut bench = Plan::new(CARTESIAN)
