@@ -1,5 +1,7 @@
 // The page on the board itself: the unmodified image on the virtual board, which is at work for all tests in turn (`make page`).
 import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { connect } from "node:net";
 import { createRequire } from "node:module";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
@@ -238,3 +240,68 @@ page("has a mill's layout on a mill", async (on) => {
   await visit(on, "Machine");
   await on.screenshot({ path: join(PICTURES, "board-mill.png") });
 }, {}, process.env.VELVET_MILL_URL);
+
+/** A form with one file, as a browser sends it. */
+const formOf = (name: string, content: Buffer) => Buffer.concat([Buffer.from(`--edge\r\nContent-Disposition: form-data; name="file"; filename="${name}"\r\n\r\n`), content, Buffer.from("\r\n--edge--\r\n")]);
+
+page("shows a mesh that is loaded, and none when it is cleared", async (on) => {
+  await ready(on);
+  const mesh = "mesh 1\npoints 3 2\norigin 10 20\nstep 40 30\nheights\n0.1 0.2 0.3\n-0.1 -0.2 -0.3\n";
+  const form = new FormData();
+  form.append("file", new File([mesh], "shop.mesh"));
+  assert.equal((await fetch(new URL("/server/files/upload", on.url()), { method: "POST", body: form })).status, 201);
+  await typeLine(on, "BED_MESH_PROFILE LOAD=shop");
+  await visit(on, "Bed");
+  await on.getByRole("img", { name: /from −0.300 mm at the back right to 0.300 mm at the front right/ }).waitFor();
+  assert.deepEqual(await on.locator(".mesh td").allTextContents(), ["−0.100", "−0.200", "−0.300", "0.100", "0.200", "0.300"]);
+  await on.screenshot({ path: join(PICTURES, "board-mesh.png") });
+  await typeLine(on, "BED_MESH_CLEAR");
+  await visit(on, "Bed");
+  await on.getByText("No mesh is in use.").waitFor();
+});
+
+page("keeps buttons on the card, and what was said for who comes", async (on) => {
+  await logIn(on);
+  await visit(on, "Machine");
+  await on.getByRole("button", { name: "Make and change buttons" }).click();
+  await on.getByLabel("Words on the button").fill("Where is it");
+  await on.getByLabel("Lines that it sends").fill("M114\nM115");
+  await on.getByRole("dialog").getByRole("button", { name: "Keep" }).click();
+  await on.reload();
+  await ready(on);
+  await on.getByRole("button", { name: "Where is it" }).click();
+  await visit(on, "Console");
+  await on.getByText(/FIRMWARE_NAME/).first().waitFor();
+  await on.reload();
+  await on.locator(".line.command", { hasText: "M115" }).first().waitFor({ timeout: 60000 });
+  await on.getByText(/FIRMWARE_NAME/).first().waitFor();
+  // Who may only operate sees them, and changes none.
+  const form = new FormData();
+  form.append("path", "macros");
+  form.append("file", new File(["[]"], "buttons.json"));
+  assert.equal((await fetch(new URL("/server/files/upload", on.url()), { method: "POST", body: form })).status, 403);
+});
+
+page("goes on with an upload where its connection broke off", async (on) => {
+  await ready(on);
+  const content = Buffer.from(Array.from({ length: 300_000 }, (_, at) => at * 7919 % 251));
+  const checksum = createHash("sha256").update(content).digest("hex");
+  const form = formOf("broken.gcode", content);
+  const url = new URL("/server/files/upload", on.url());
+  const head = `POST /server/files/upload HTTP/1.1\r\nHost: ${url.host}\r\nContent-Type: multipart/form-data; boundary=edge\r\nContent-Length: ${form.length}\r\nUpload-Checksum: ${checksum}\r\n\r\n`;
+  await new Promise<void>((done) => {
+    const socket = connect(Number(url.port || 80), url.hostname, () => socket.write(Buffer.concat([Buffer.from(head), form.subarray(0, 180_000)])));
+    // The board has taken most of it by then, and the socket dies without a word about it.
+    setTimeout(() => { socket.destroy(); done(); }, 8000);
+  });
+  const part = await fetch(url, { headers: { "Upload-Checksum": checksum } });
+  const { offset } = (await part.json() as { result: { offset: number } }).result;
+  assert.ok(offset > 10_000 && offset < 180_000, `${offset}`);
+  const send = (from: number) => fetch(url, { method: "POST", headers: { "Content-Type": "multipart/form-data; boundary=edge", "Upload-Checksum": checksum, "Upload-Offset": String(from) }, body: new Uint8Array(formOf("broken.gcode", content.subarray(from))) });
+  assert.equal((await send(offset - 1)).status, 409);
+  const answer = await send(offset);
+  assert.equal(answer.status, 201);
+  assert.equal((await answer.json() as { checksum: string }).checksum, checksum);
+  const back = Buffer.from(await (await fetch(new URL("/server/files/gcodes/broken.gcode", on.url()))).arrayBuffer());
+  assert.ok(back.equals(content));
+});

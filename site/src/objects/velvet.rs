@@ -111,11 +111,9 @@ pub(super) fn write_rest(of: &Snapshot, fault: Option<&str>, json: &mut Writer<'
         None => json.null(),
     }
     write_inputs(of, json);
-    for key in ["macros", "messages"] {
-        json.key(key);
-        json.begin_array();
-        json.end_array();
-    }
+    json.key("messages");
+    json.begin_array();
+    json.end_array();
 }
 
 fn write_spindle(spindle: Option<&SpindleShown>, json: &mut Writer<'_, '_>) {

@@ -88,7 +88,7 @@ export class Surface {
     }
     this.orbit.target = [(x0 + x1) / 2, (y0 + y1) / 2, floor / 3];
     const wide = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
-    if (!this.orbit.isTouched) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0) * (wide > 1 ? 1.25 : 1.6);
+    if (!this.orbit.isTouched) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0) * (wide > 1 ? 1.5 : 1.8);
     this.ask();
   }
 

@@ -38,6 +38,7 @@ async function loadViews(): Promise<void> {
 /** A job that is paused stands, but is not over: its machine is shown as held. */
 const isPaused = computed(() => mode.value === "Idle" && obj("print_stats")?.state === "paused");
 effect(() => { document.documentElement.dataset.mode = !isReady.value ? "Idle" : !isLive.value ? "Sleep" : isPaused.value ? "Hold" : mode.value; });
+effect(() => { view.value; window.scrollTo(0, 0); });
 effect(() => {
   const progress = obj("print_stats")?.state === "printing" ? `${Math.round((obj("virtual_sdcard")?.progress ?? 0) * 100)} % · ` : "";
   document.title = `${progress}${isReady.value ? `${mode.value} · ` : ""}${hostname.value}`;
