@@ -440,21 +440,28 @@ impl Console {
     /// Returns the place of the first of so many lines that everybody may be told later.
     #[must_use]
     pub fn last(&self, count: usize) -> u32 {
-        let begin = self.total.wrapping_sub(self.total.min(SAID_BYTES as u32 + 1));
-        let before = self.store_from(begin).count().saturating_sub(count);
-        self.store_from(begin).nth(before).map_or(self.total, |(at, _)| at)
-    }
-
-    /// Returns the lines that everybody may be told later, from a place on, each with its place.
-    fn store_from(&self, mut at: u32) -> impl Iterator<Item = (u32, Said)> {
-        core::iter::from_fn(move || self.line(at).map(|said| (core::mem::replace(&mut at, said.next), said)))
-            .filter(|(_, said)| said.listener >= SENT)
+        let byte = |at: u32| self.said.get(at as usize % SAID_BYTES).copied().unwrap_or_default();
+        let (mut at, mut left) = (self.total, count);
+        let oldest = self.total.wrapping_sub(self.total.min(SAID_BYTES as u32 - 1));
+        while at != oldest && left > 0 {
+            at = at.wrapping_sub(1);
+            // The first line begins where the machine did, or behind another one's end.
+            let is_begin = at == 0 || at != oldest && byte(at.wrapping_sub(1)) == b'\n';
+            left -= usize::from(is_begin && byte(at) >= SENT);
+        }
+        at
     }
 
     /// Returns the next line that everybody may be told later, from a place on.
     #[must_use]
-    pub fn next_kept(&self, at: u32) -> Option<Said> {
-        self.store_from(at).next().map(|(_, said)| said)
+    pub fn next_kept(&self, mut at: u32) -> Option<Said> {
+        loop {
+            let said = self.line(at)?;
+            if said.listener >= SENT {
+                return Some(said);
+            }
+            at = said.next;
+        }
     }
 
     /// Returns whether what was said at a place has been overwritten.
