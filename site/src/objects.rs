@@ -164,22 +164,19 @@ const MESH_PLACE: usize = REST - 2;
 /// Writes a part of the objects of a set.
 pub fn write_part(part: usize, set: Objects, told: &Told<'_>, json: &mut Writer<'_, '_>) {
     let Told { of, fault, heights } = *told;
-    if part >= MESH {
-        if set & 1 << MESH_PLACE != 0 {
-            match (part - MESH).checked_sub(1) {
-                None => write(MESH_PLACE, of, fault, json),
-                Some(part) => mesh::write(part, of, heights, json),
-            }
-        }
-        return;
-    }
-    let place = if part < REST { part } else { part - 1 };
-    if set & 1 << place == 0 || place == MESH_PLACE {
+    let place = match part {
+        ..REST => part,
+        REST..MESH => part - 1,
+        _ => MESH_PLACE,
+    };
+    if set & 1 << place == 0 || place == MESH_PLACE && part < MESH {
         return;
     }
     if part == REST {
         velvet::write_rest(of, fault, json);
         json.end_object();
+    } else if part > MESH {
+        mesh::write(part - MESH - 1, of, heights, json);
     } else {
         write(place, of, fault, json);
     }

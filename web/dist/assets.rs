@@ -3,7 +3,7 @@
     ("/index.html", "text/html; charset=utf-8", include_bytes!("index.html.gz")),
     ("/style-fcc776d373.css", "text/css; charset=utf-8", include_bytes!("style-fcc776d373.css.gz")),
     ("/shell-148ce04a52.js", "text/javascript; charset=utf-8", include_bytes!("shell-148ce04a52.js.gz")),
-    ("/more-66813dadce.js", "text/javascript; charset=utf-8", include_bytes!("more-66813dadce.js.gz")),
+    ("/more-4fd955ab5e.js", "text/javascript; charset=utf-8", include_bytes!("more-4fd955ab5e.js.gz")),
     ("/views-95db6dc7de.css", "text/css; charset=utf-8", include_bytes!("views-95db6dc7de.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
     ("/settings-098c0d73d9.json", "application/json", include_bytes!("settings-098c0d73d9.json.gz")),

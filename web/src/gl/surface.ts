@@ -86,9 +86,9 @@ export class Surface {
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
     }
-    this.orbit.target = [(x0 + x1) / 2, (y0 + y1) / 2, floor / 3];
+    this.orbit.target = [(x0 + x1) / 2, (y0 + y1) / 2, (floor + (high - middle) * times) / 2];
     const wide = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
-    if (!this.orbit.isTouched) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0) * (wide > 1 ? 1.5 : 1.8);
+    if (!this.orbit.isTouched) this.orbit.distance = Math.hypot(x1 - x0, y1 - y0, (high - low) * times) * (wide > 1 ? 1.5 : 1.8);
     this.ask();
   }
 
