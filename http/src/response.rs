@@ -76,7 +76,9 @@ pub struct Response {
 }
 
 impl Response {
-    /// Makes a head without content.
+    /// Makes a head without content. Never inlined: there are dozens of callers, and a field takes an
+    /// instruction.
+    #[inline(never)]
     #[must_use]
     pub const fn new(status: Status) -> Self {
         Self {
@@ -103,7 +105,8 @@ impl Response {
         response
     }
 
-    /// Makes the head of an answer in JSON whose length nobody knows.
+    /// Makes the head of an answer in JSON whose length nobody knows. Never inlined, as [`Self::new`].
+    #[inline(never)]
     #[must_use]
     pub const fn json(status: Status) -> Self {
         Self::of(status, "application/json", Extent::Open)
