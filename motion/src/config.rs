@@ -156,6 +156,8 @@ pub enum ConfigError {
     Shaper(Axis),
     /// A pressure advance or its smoothing time is out of range; the axis is the extruder's.
     PressureAdvance(Axis),
+    /// A laser's duties, delays or power curve are out of range or out of order.
+    Laser,
 }
 
 impl core::fmt::Display for ConfigError {
@@ -190,6 +192,9 @@ impl core::fmt::Display for ConfigError {
                 MAX_FACTOR,
                 SMOOTH_TIME_RANGE.0,
                 SMOOTH_TIME_RANGE.1
+            ),
+            Self::Laser => f.write_str(
+                "the laser needs duties from 0 to 1, a power curve that rises in both, and delays of 20 ms at most",
             ),
             Self::QueueSize => write!(f, "planner_queue_size must lie between 2 and {}", MOST_BLOCKS),
         }

@@ -3,16 +3,17 @@
 //! The store is separate from [`crate::Motion`], so that a board can give the motion object its fastest
 //! memory and the store a larger one.
 
-use crate::{compensation::Surface, filters::History, path::CurveRing, timeline::Timeline};
+use crate::{compensation::Surface, filters::History, laser::Laser, path::CurveRing, timeline::Timeline};
 
 /// The past that filters look back on, the curves of the blocks that wait (about 32 KiB), the bed's surface
-/// (42 KiB), and what the moves are made for.
+/// (42 KiB), what the moves are made for, and a laser.
 #[derive(Debug)]
 pub struct Store {
     pub(crate) history: History,
     pub(crate) curves: CurveRing,
     pub(crate) surface: Surface,
     pub(crate) timeline: Timeline,
+    pub(crate) laser: Laser,
 }
 
 impl Default for Store {
@@ -25,6 +26,12 @@ impl Store {
     /// Creates an empty store.
     #[must_use]
     pub const fn new() -> Self {
-        Self { history: History::new(), curves: CurveRing::new(), surface: Surface::new(), timeline: Timeline::new() }
+        Self {
+            history: History::new(),
+            curves: CurveRing::new(),
+            surface: Surface::new(),
+            timeline: Timeline::new(),
+            laser: Laser::NONE,
+        }
     }
 }

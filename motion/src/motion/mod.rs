@@ -23,6 +23,7 @@ mod feed_side;
 mod filtered;
 mod forecast;
 mod path_made;
+mod power;
 mod profiles;
 mod queries;
 mod submit;
@@ -39,7 +40,7 @@ use crate::{
     feed_schedule::Lead,
     filters::{Filters, History},
     knots::{countable_within, is_countable, nearest_step, step_positions},
-    laser::Power,
+    laser::{Laser, Power},
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
@@ -144,6 +145,7 @@ pub struct Motion {
     set_back: PerActuator<StepCount>,
     orders: FeedOrders,
     trigger: Option<Trigger>,
+    laser: Elsewhere<Laser>,
     pub(crate) counters: Counters,
 }
 
@@ -207,8 +209,15 @@ impl Motion {
     #[must_use]
     pub fn new() -> Self {
         use std::boxed::Box;
-        let crate::Store { history, curves, surface, timeline } = crate::Store::new();
-        Self::over(Box::default(), Box::new(history), Box::new(curves), Box::new(surface), Box::new(timeline))
+        let crate::Store { history, curves, surface, timeline, laser } = crate::Store::new();
+        Self::over(
+            Box::default(),
+            Box::new(history),
+            Box::new(curves),
+            Box::new(surface),
+            Box::new(timeline),
+            Box::new(laser),
+        )
     }
 
     /// Creates a motion object that is not configured: it refuses every move. Keeps its queue in `blocks`,
@@ -216,7 +225,14 @@ impl Motion {
     #[cfg(not(any(test, feature = "oracle")))]
     #[must_use]
     pub const fn new(blocks: &'static mut BlockRing, store: &'static mut crate::Store) -> Self {
-        Self::over(blocks, &mut store.history, &mut store.curves, &mut store.surface, &mut store.timeline)
+        Self::over(
+            blocks,
+            &mut store.history,
+            &mut store.curves,
+            &mut store.surface,
+            &mut store.timeline,
+            &mut store.laser,
+        )
     }
 
     const fn over(
@@ -225,6 +241,7 @@ impl Motion {
         curves: Elsewhere<CurveRing>,
         surface: Elsewhere<Surface>,
         timeline: Elsewhere<Timeline>,
+        laser: Elsewhere<Laser>,
     ) -> Self {
         Self {
             config: None,
@@ -257,6 +274,7 @@ impl Motion {
             filters: Filters::new(history),
             compensation: Compensation::new(surface),
             timeline,
+            laser,
             passed: Passed { tag: Tag::NONE, mark: Mark(0) },
         }
     }

@@ -17,10 +17,17 @@ impl Power {
     pub const FULL: u16 = u16::MAX;
 }
 
+mod state;
+mod store;
+
+pub(crate) use state::Laser;
+pub use store::PowerStore;
+
 /// Most points of a [`PowerCurve`].
 pub const MOST_CURVE_POINTS: usize = 32;
 
 /// Optical power of a laser over its duty. Used backwards: a level gives that share of the optical power.
+/// The duty of its points is counted from 0 at [`LaserConfig::least`] to 1 at [`LaserConfig::most`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PowerCurve {
     /// Points as `(duty, power)`, both from 0 to 1, ascending in both.
@@ -43,4 +50,32 @@ pub struct LaserConfig {
     pub most: f32,
     /// What the laser makes of a duty.
     pub curve: PowerCurve,
+}
+
+/// Longest delay of either edge: 20 ms, in ticks.
+const MOST_DELAY: i32 = 4_000_000;
+
+impl LaserConfig {
+    /// Whether a laser can be like this: duties from 0 to 1 and in order, a curve that rises, delays of 20 ms
+    /// at most.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        let is_share = |value: f32| (0.0..=1.0).contains(&value);
+        let delays = [self.on_delay, self.off_delay].iter().all(|delay| (-MOST_DELAY..=MOST_DELAY).contains(delay));
+        delays && is_share(self.least) && is_share(self.most) && self.least <= self.most && self.curve.is_valid()
+    }
+}
+
+impl PowerCurve {
+    /// The points in use; `None` when there are more than fit.
+    fn in_use(&self) -> Option<&[(f32, f32)]> {
+        self.points.get(..self.count)
+    }
+
+    fn is_valid(&self) -> bool {
+        let Some(points) = self.in_use() else { return false };
+        let is_share = |value: f32| (0.0..=1.0).contains(&value);
+        let is_rising = points.iter().zip(points.iter().skip(1)).all(|(a, b)| a.0 < b.0 && a.1 < b.1);
+        points.iter().all(|(duty, power)| is_share(*duty) && is_share(*power)) && is_rising
+    }
 }
