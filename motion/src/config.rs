@@ -194,7 +194,7 @@ impl core::fmt::Display for ConfigError {
                 SMOOTH_TIME_RANGE.1
             ),
             Self::Laser => f.write_str(
-                "the laser needs duties from 0 to 1, a power curve that rises in both, and delays of 20 ms at most",
+                "the laser needs duties from 0 to 1, a power curve that rises in both, and delays of 0 to 20 ms",
             ),
             Self::QueueSize => write!(f, "planner_queue_size must lie between 2 and {}", MOST_BLOCKS),
         }

@@ -13,6 +13,7 @@ use crate::{
     feed_exchange::{FeedOrders, FeedReport, Supply},
     feed_schedule::{FeedSchedule, Lead, PERIOD},
     knots::Segment,
+    laser::NextChange,
     motion::Access,
     motor::{LONG_AGO, Motor},
     queue::{StepEvent, StepQueue},
@@ -33,6 +34,9 @@ const RUNS_PER_LOOK: u8 = 32;
 
 /// At least the motors, and a power of two: an index reduced to it needs no check.
 const SLOTS: usize = 8;
+
+/// Greatest offset in a key, ticks: a segment is far shorter.
+const MOST_OFFSET: u64 = (1 << (32 - StepEvent::BITS)) - 2;
 
 /// Bits of a key that are the event's word.
 const WORD: u32 = (1 << StepEvent::BITS) - 1;
@@ -62,6 +66,8 @@ pub struct StepFeed {
     wake: fn(),
     /// Duration of the last segment.
     last: Ticks,
+    /// Change of a laser's power that is written next, if one is due in what is asked for.
+    power: NextChange,
 }
 
 impl Default for StepFeed {
@@ -91,6 +97,7 @@ impl StepFeed {
             lead: Lead::Short,
             wake,
             last: Ticks(0),
+            power: NextChange::None,
         }
     }
 
@@ -103,7 +110,7 @@ impl StepFeed {
         self.lead = orders.lead;
         self.obey(&orders, queue);
         if queue.is_cut() {
-            self.clear_up(motion, queue);
+            self.clear_up(now, motion, queue);
         }
         if let Some(fired) = latch.take() {
             let trigger = self.locate(fired, now, queue);
@@ -112,11 +119,11 @@ impl StepFeed {
         let urgent = self.moving && self.end < now.plus(Lead::URGENT);
         let mut segment = Segment::default();
         // Ends: each turn brings the segments, or the trajectory that comes before them, on in time.
-        while self.emit(queue)
+        while self.emit(motion, queue)
             && let Some(window) = self.schedule.window(now, self.end, self.lead, self.last)
         {
             match motion.with(|motion| motion.take_segment(&window, &mut segment)) {
-                Supply::Segment => self.load(&segment),
+                Supply::Segment => self.load(&segment, motion),
                 Supply::Later => {}
                 Supply::Enough => break,
                 Supply::Nothing => {
@@ -124,6 +131,9 @@ impl StepFeed {
                     break;
                 }
             }
+        }
+        if !self.moving {
+            self.emit_power_at_rest(now, motion, queue);
         }
         let report = self.report(queue);
         let squeezed = self.motors.iter_mut().map(|motor| core::mem::take(&mut motor.squeezed)).sum();
@@ -134,7 +144,8 @@ impl StepFeed {
     #[must_use]
     pub fn wait(&self, now: Ticks) -> Ticks {
         if !self.moving {
-            return PERIOD;
+            let NextChange::Later(at) = self.power else { return PERIOD };
+            return self.schedule.wait(now, at, self.lead);
         }
         // With the queue full, the segment is not written to its end.
         let written = self.base.0.saturating_add_signed(i64::from(self.newest));
@@ -173,7 +184,7 @@ impl StepFeed {
     }
 
     /// Clears up after a cut: the motors stand where the last event played left them.
-    fn clear_up(&mut self, motion: &mut impl Access, queue: &StepQueue) {
+    fn clear_up(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue) {
         let real = self.rewind(queue).to_played(queue);
         queue.restart();
         for (index, motor) in self.motors.iter_mut().enumerate() {
@@ -181,9 +192,10 @@ impl StepFeed {
             motor.drop_batch(real.turns_later(index));
         }
         self.merge = EventMerge::EMPTY;
+        self.power = NextChange::None;
         self.moving = false;
         self.stand_at(real.steps, queue);
-        motion.with(|motion| motion.resume_from_cut(real.steps));
+        motion.with(|motion| motion.resume_from_cut(real.steps, now));
     }
 
     fn rewind(&self, queue: &StepQueue) -> Rewind {
@@ -211,7 +223,7 @@ impl StepFeed {
     }
 
     fn report(&mut self, queue: &StepQueue) -> FeedReport {
-        let drained = queue.is_empty() && self.merge.is_empty();
+        let drained = queue.is_empty() && self.merge.is_empty() && !self.power.is_due();
         self.runs += 1;
         if drained {
             self.played = self.steps();
@@ -224,12 +236,18 @@ impl StepFeed {
         FeedReport { played: self.played, drained }
     }
 
-    /// Makes a segment the current one. The one before is written out.
-    fn load(&mut self, segment: &Segment) {
-        let base = whole_ticks(segment.start);
+    /// Makes this the tick that offsets count from. Returns the ticks passed since the one before.
+    fn move_base(&mut self, base: Ticks) -> i32 {
         let passed = base.since(self.base).0.min(1 << 30) as i32;
         self.newest = (self.newest - passed).max(LONG_AGO);
         self.base = base;
+        passed
+    }
+
+    /// Makes a segment the current one. The one before is written out.
+    fn load(&mut self, segment: &Segment, motion: &mut impl Access) {
+        let base = whole_ticks(segment.start);
+        let passed = self.move_base(base);
         self.scale = Scale::of(segment);
         self.end = whole_ticks(segment.start + segment.duration);
         self.last = self.end.since(base);
@@ -244,15 +262,53 @@ impl StepFeed {
                 self.merge.insert(motor.begin(index as u32, &self.scale, floor));
             }
         }
+        if segment.has_power {
+            self.ask_for_power(self.end, motion);
+        }
+    }
+
+    /// Takes the next change of power that is due before `until`.
+    #[inline(never)]
+    fn ask_for_power(&mut self, until: Ticks, motion: &mut impl Access) {
+        self.power = motion.with(|motion| motion.take_power(until));
+    }
+
+    /// Writes the changes of power that no motion goes with, up to where the next motion may begin.
+    #[inline(never)]
+    fn emit_power_at_rest(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue) {
+        let until = now.plus(self.schedule.before_start(self.lead));
+        // Ends: each turn but the last writes a change.
+        loop {
+            if !self.power.is_due() {
+                self.ask_for_power(until, motion);
+            }
+            let NextChange::Due(at, duty) = self.power else { return };
+            // Never before what is written already.
+            let at = at.max(self.base.plus(Ticks(u64::from(self.newest.max(0) as u32))));
+            let written = queue.written();
+            if !queue.push(StepEvent::power(at.0 as u32, duty)) {
+                return;
+            }
+            self.power = NextChange::None;
+            let passed = self.move_base(at);
+            self.newest = 0;
+            self.motors.iter_mut().for_each(|motor| motor.pass(passed));
+            self.wake_if_idle(queue, written);
+        }
     }
 
     /// Writes events in time order until the current segment is done (true) or the queue is full.
-    fn emit(&mut self, queue: &StepQueue) -> bool {
+    fn emit(&mut self, motion: &mut impl Access, queue: &StepQueue) -> bool {
         loop {
             let written = queue.written();
             let done = self.emit_batch(queue);
+            if done && self.power.is_due() && self.emit_power(queue) {
+                self.wake_if_idle(queue, written);
+                self.ask_for_power(self.end, motion);
+                continue;
+            }
             self.wake_if_idle(queue, written);
-            if done {
+            if done && !self.power.is_due() {
                 return true;
             }
             if queue.free() == 0 {
@@ -271,15 +327,38 @@ impl StepFeed {
         }
     }
 
-    /// Writes and publishes the next [`BATCH`] of events, or up to where the current segment is done (true)
-    /// or the queue is full.
+    /// Key of the change of power that is next: [`NEVER`] without one.
+    fn power_key(&self) -> u32 {
+        let NextChange::Due(at, _) = self.power else { return NEVER };
+        // Never before what is written already.
+        let offset = at.since(self.base).0.min(MOST_OFFSET) as i32;
+        (offset.max(self.newest) as u32) << StepEvent::BITS | StepEvent::TURN | StepEvent::LASER
+    }
+
+    /// Writes the change of power, which is next. False when the queue is full.
+    #[inline(never)]
+    fn emit_power(&mut self, queue: &StepQueue) -> bool {
+        let key = self.power_key();
+        let NextChange::Due(_, duty) = self.power else { return true };
+        let written = queue.push(StepEvent::power((self.base.0 as u32).wrapping_add(key >> StepEvent::BITS), duty));
+        if written {
+            self.newest = (key >> StepEvent::BITS) as i32;
+            self.power = NextChange::None;
+        }
+        written
+    }
+
+    /// Writes and publishes the next [`BATCH`] of events, or up to where the current segment or the next
+    /// change of power is reached (true) or the queue is full.
     fn emit_batch(&mut self, queue: &StepQueue) -> bool {
         let mut writer = queue.writer(BATCH);
         let base = self.base.0 as u32;
         let mut newest = None;
+        // One comparison tells both the end of the steps and the place of a change of power.
+        let limit = self.power_key();
         let done = loop {
             let key = self.merge.first();
-            if key == NEVER {
+            if key >= limit {
                 break true;
             }
             let event = StepEvent { at: base.wrapping_add(key >> StepEvent::BITS), word: key & WORD };

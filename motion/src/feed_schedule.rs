@@ -145,6 +145,14 @@ impl FeedSchedule {
         }
     }
 
+    /// Returns the time from `now` before which no motion begins from standstill.
+    pub(crate) const fn before_start(self, lead: Lead) -> Ticks {
+        match self {
+            Self::ByPeriod => START_BY_PERIOD,
+            Self::OnDemand => lead.before_start(),
+        }
+    }
+
     /// Returns the time from `now` to the next run, when everything up to `end` is written and there is more
     /// to write.
     #[must_use]

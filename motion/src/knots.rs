@@ -53,6 +53,8 @@ pub struct Segment {
     pub duration: TickTime,
     /// Movement of each motor.
     pub motors: PerActuator<Span>,
+    /// Power of a laser changes in it.
+    pub(crate) has_power: bool,
 }
 
 /// Motor positions in steps at a machine position.

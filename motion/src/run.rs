@@ -59,6 +59,8 @@ pub(crate) struct Slice {
     pub exit: f64,
     /// Machine position at the end.
     pub point: PerAxis<f64>,
+    /// Path distance from the beginning of the block to the beginning of the slice, mm.
+    pub from: f64,
     /// The first of a new piece.
     pub fresh: bool,
 }
@@ -259,7 +261,7 @@ impl Run {
         }
         let fresh = self.local == 0.0;
         self.taken = taken;
-        let entry = self.speed;
+        let (entry, from) = (self.speed, self.travelled);
         if last {
             self.speed = phase.speed_at(phase.duration);
             self.phase_base += phase.length;
@@ -273,7 +275,7 @@ impl Run {
             self.speed = phase.speed_at(local);
             self.travelled = self.phase_base + phase.distance(local);
         }
-        Some(Slice { end, seconds, entry, exit: self.speed, point: self.point(), fresh })
+        Some(Slice { end, seconds, entry, exit: self.speed, point: self.point(), from, fresh })
     }
 
     /// Moves the cursor to the end of the profile at once, and adds the time that it takes. (When it ends is

@@ -117,6 +117,11 @@ pub(crate) struct Filters {
     velocity: PerAxis<f64>,
 }
 
+/// Sum of two vectors.
+fn sum([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> [f64; 3] {
+    [ax + bx, ay + by, az + bz]
+}
+
 /// The output at the end of a segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Knot {
@@ -273,6 +278,38 @@ impl Filters {
         let left = (self.span as i64).saturating_sub(rested);
         let left = left.max(self.corrections.left(self.out.to_bits() as u64).unwrap_or(0) as i64);
         TickTime::from_bits(if left > 0 { left as u128 } else { 0 })
+    }
+
+    /// Returns the least and the greatest delay with which X, Y and Z follow the trajectory.
+    pub fn primary_delays(&self) -> (u64, u64) {
+        let is_primary = |tap: &&Tap| Axis::PRIMARY.into_iter().any(|axis| tap.weights[axis as usize] != 0.0);
+        let taps = self.taps.iter().take(self.tap_count).filter(is_primary);
+        taps.fold((u64::MAX, 0), |(least, most), tap| (least.min(tap.cursor.delay), most.max(tap.cursor.delay)))
+    }
+
+    /// Returns the place of X, Y and Z at a time of the trajectory, and a direction: of the path there, or
+    /// the sum of those before and behind a corner. `None` when the time is too long ago.
+    pub fn way_at(&self, time: u64) -> Option<([f64; 3], [f64; 3])> {
+        let (newest, count) = self.history.extent();
+        let age = (0..count).find(|age| !is_before(time, self.history.stretch(newest.wrapping_sub(*age)).start))?;
+        let stretch = self.history.stretch(newest.wrapping_sub(age));
+        let (place, mut direction) = self.way_along(stretch, time);
+        if stretch.start == time && age + 1 < count {
+            let before = self.history.stretch(newest.wrapping_sub(age + 1));
+            direction = sum(direction, self.way_along(before, time).1);
+        }
+        Some((place, direction))
+    }
+
+    /// Returns the place of X, Y and Z at a time in a stretch, and the direction of the path, if any.
+    fn way_along(&self, stretch: &Stretch, time: u64) -> ([f64; 3], [f64; 3]) {
+        let way = stretch.along(time).0;
+        let place = Axis::PRIMARY.map(|axis| stretch.origin[axis] + stretch.direction[axis] * way);
+        if stretch.is_rest() {
+            return (place, [0.0; 3]);
+        }
+        let (offset, slope) = self.history.bent(stretch, way).unwrap_or_default();
+        (sum(place, offset), sum(Axis::PRIMARY.map(|axis| stretch.direction[axis]), slope))
     }
 
     /// Shifts everything in time.

@@ -17,10 +17,19 @@ impl Power {
     pub const FULL: u16 = u16::MAX;
 }
 
+mod changes;
+mod growth;
+mod law;
+mod levels;
 mod state;
 mod store;
 
+pub(crate) use changes::{Changes, NextChange};
+pub(crate) use growth::{Growth, MOST_MOVES};
+pub(crate) use law::{Kind, Law};
+pub(crate) use levels::{Levels, Step};
 pub(crate) use state::Laser;
+pub(crate) use store::Pending;
 pub use store::PowerStore;
 
 /// Most points of a [`PowerCurve`].
@@ -39,9 +48,10 @@ pub struct PowerCurve {
 /// Properties of a laser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaserConfig {
-    /// Ticks by which the output goes up later than the power of the path does; negative: earlier.
+    /// Ticks by which the output goes up later than the power of the path does, 20 ms at most. Negative ones
+    /// (earlier) are refused for now: the motors would have to wait for the laser.
     pub on_delay: i32,
-    /// Ticks by which the output goes down later than the power of the path does; negative: earlier.
+    /// Ticks by which the output goes down later than the power of the path does, likewise.
     pub off_delay: i32,
     /// Duty of the least power above zero, 0 to 1. Levels between zero and full lie evenly between it and
     /// `most`.
@@ -61,8 +71,19 @@ impl LaserConfig {
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let is_share = |value: f32| (0.0..=1.0).contains(&value);
-        let delays = [self.on_delay, self.off_delay].iter().all(|delay| (-MOST_DELAY..=MOST_DELAY).contains(delay));
+        let delays = [self.on_delay, self.off_delay].iter().all(|delay| (0..=MOST_DELAY).contains(delay));
         delays && is_share(self.least) && is_share(self.most) && self.least <= self.most && self.curve.is_valid()
+    }
+
+    /// Returns the duty, in 1/65535, of a power from 0 to 1 of full power.
+    pub(crate) fn duty(&self, power: f32) -> u16 {
+        // A NaN is no power.
+        if power.is_nan() || power <= 0.0 {
+            return 0;
+        }
+        let share = self.curve.duty_for(if power < 1.0 { power } else { 1.0 });
+        // A float cast saturates.
+        ((self.least + (self.most - self.least) * share) * f32::from(Power::FULL) + 0.5) as u16
     }
 }
 
@@ -77,5 +98,74 @@ impl PowerCurve {
         let is_share = |value: f32| (0.0..=1.0).contains(&value);
         let is_rising = points.iter().zip(points.iter().skip(1)).all(|(a, b)| a.0 < b.0 && a.1 < b.1);
         points.iter().all(|(duty, power)| is_share(*duty) && is_share(*power)) && is_rising
+    }
+
+    /// Returns the duty that gives this share of the greatest power.
+    fn duty_for(&self, share: f32) -> f32 {
+        let points = self.in_use().unwrap_or_default();
+        let Some((_, greatest)) = points.last() else { return share };
+        let power = share * greatest;
+        let mut before = (0.0, 0.0);
+        for &(duty, reached) in points {
+            let rise = reached - before.1;
+            if power <= reached && rise > 0.0 {
+                return before.0 + (duty - before.0) * (power - before.1) / rise;
+            }
+            before = (duty, reached);
+        }
+        before.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn laser(points: &[(f32, f32)]) -> LaserConfig {
+        let mut curve = PowerCurve::default();
+        curve.points[..points.len()].copy_from_slice(points);
+        curve.count = points.len();
+        LaserConfig { on_delay: 0, off_delay: 0, least: 0.1, most: 0.9, curve }
+    }
+
+    #[test]
+    fn duties_lie_between_the_least_and_the_most_and_no_power_is_no_duty() {
+        let plain = laser(&[]);
+        let share = |power: f32| f64::from(plain.duty(power)) / 65_535.0;
+        assert_eq!((plain.duty(0.0), plain.duty(-1.0), plain.duty(f32::NAN)), (0, 0, 0));
+        for (power, duty) in [(1e-6, 0.1), (0.5, 0.5), (1.0, 0.9), (7.0, 0.9)] {
+            assert!((share(power) - duty).abs() < 1e-4, "{power}: {}", share(power));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_curve_is_used_backwards(power in 0.001..1.0_f32) {
+            // Power is the square of the duty, to a third of full power, in 31 straight lines.
+            let points: std::vec::Vec<_> = (1..=31).map(|n| n as f32 / 31.0).map(|duty| (duty, duty * duty / 3.0)).collect();
+            let duty = f64::from(laser(&points).duty(power)) / 65_535.0;
+            let wanted = 0.1 + 0.8 * f64::from(power).sqrt();
+            prop_assert!((duty - wanted).abs() < 0.01, "{duty} for {wanted}");
+        }
+    }
+
+    #[test]
+    fn what_no_laser_can_be_like_is_refused() {
+        let good = laser(&[(0.2, 0.1), (0.8, 1.0)]);
+        assert!(good.is_valid());
+        let mut many = good;
+        many.curve.count = MOST_CURVE_POINTS + 1;
+        let bad = [
+            LaserConfig { least: 0.95, ..good },
+            LaserConfig { most: 1.1, ..good },
+            LaserConfig { least: f32::NAN, ..good },
+            LaserConfig { on_delay: MOST_DELAY + 1, ..good },
+            LaserConfig { off_delay: -1, ..good },
+            laser(&[(0.8, 0.1), (0.2, 1.0)]),
+            laser(&[(0.2, 0.5), (0.8, 0.5)]),
+            many,
+        ];
+        assert!(bad.iter().all(|config| !config.is_valid()));
     }
 }

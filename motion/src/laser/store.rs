@@ -1,8 +1,26 @@
 //! Large data of a laser's power: looked at when power changes, never per step.
 
+use super::{Changes, Law, Levels};
+use crate::short_ring::Ring;
+
+/// Changes of law that can be on their way through the filters: those of 10 ms at 25 000 a second.
+const MOST_PENDING: usize = 256;
+
+/// Law that holds from a place of the trajectory on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pending {
+    /// Time of the trajectory, low half.
+    pub time: u64,
+    pub law: Law,
+}
+
 /// Levels along the blocks that wait, and the changes of power to come (about 26 KiB, all zero at the start).
 #[derive(Debug)]
-pub struct PowerStore {}
+pub struct PowerStore {
+    pub(crate) levels: Levels,
+    pub(crate) pending: Ring<Pending, MOST_PENDING>,
+    pub(crate) changes: Changes,
+}
 
 impl Default for PowerStore {
     fn default() -> Self {
@@ -14,6 +32,7 @@ impl PowerStore {
     /// Creates an empty store.
     #[must_use]
     pub const fn new() -> Self {
-        Self {}
+        let none = Pending { time: 0, law: Law::OFF };
+        Self { levels: Levels::new(), pending: Ring::new(none), changes: Changes::new() }
     }
 }

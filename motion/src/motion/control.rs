@@ -11,6 +11,7 @@ impl Motion {
         if self.state == State::Running {
             self.take_back(Pace::Slower);
             self.state = State::Holding;
+            self.fade_power();
             self.brake();
         }
     }
@@ -38,6 +39,7 @@ impl Motion {
                     self.take_back(Pace::Slower);
                 }
                 self.state = State::Stopping;
+                self.fade_power();
                 self.brake();
             }
             State::Held => {
@@ -57,6 +59,7 @@ impl Motion {
         self.planner.clear();
         self.curves.clear();
         self.timeline.clear(self.planner.pushed());
+        self.laser.clear();
         self.run = None;
         self.resting = true;
         self.resume_wanted = false;

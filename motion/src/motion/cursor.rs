@@ -109,6 +109,7 @@ impl Motion {
             return None;
         };
         let curve = self.curve_of(&block);
+        self.begin_power(&block);
         self.run = Some(Run::new(block, curve, self.place, self.clock, speed, carried));
         match self.state {
             State::Running => self.follow_plan(),
@@ -141,6 +142,7 @@ impl Motion {
         self.planner.plan();
         let block = self.planner.release()?;
         let curve = self.curve_of(&block);
+        self.begin_power(&block);
         self.run = Some(Run::new(block, curve, self.place, self.clock, entry, None));
         self.follow_plan();
         Some(())
@@ -159,6 +161,7 @@ impl Motion {
         flushed
             || self.planner.len() + usize::from(self.wants_two) >= config.queue_size
             || self.curves.is_full()
+            || self.has_full_levels()
             || now.since(self.seen.1) >= config.queue_delay
     }
 
@@ -190,6 +193,9 @@ impl Motion {
         }
         self.clock = slice.end;
         self.shift_if_late(segment, window);
+        if self.laser.is_on() {
+            self.power_of_slice(slice, segment.start);
+        }
     }
 
     /// Shifts the rest of the trajectory in time when the segment begins in the past and cannot be played.
@@ -208,6 +214,7 @@ impl Motion {
             run.shift(shift);
         }
         self.filters.shift(shift);
+        self.laser.shift(shift);
         self.timeline.shift(segment.start.saturating_sub(shift), shift);
     }
 

@@ -8,6 +8,7 @@ use units::PerAxis;
 
 use super::{Motion, State};
 use crate::{
+    laser::Growth,
     moves::{Corner, Move, Part, Refusal},
     path::Curve,
     planner::MOST_OF_DETOUR,
@@ -23,10 +24,10 @@ pub struct Waiting {
 }
 
 impl Motion {
-    /// Returns whether a hold is in force and the motors have come to rest.
+    /// Returns whether a hold is in force and the motors have come to rest, with a laser off.
     #[must_use]
     pub fn is_held_still(&self) -> bool {
-        self.state == State::Held && self.filters.drained && self.report.drained
+        self.state == State::Held && self.filters.drained && self.report.drained && self.laser.is_quiet()
     }
 
     /// Returns the place where a hold has come to rest, or otherwise the place of the trajectory.
@@ -85,9 +86,12 @@ impl Motion {
         self.run = None;
         let (planned, last) = (self.planned, self.last);
         let behind = self.planner.open(of_queue);
+        self.laser.growth = Growth::NONE;
         self.settle_at(here);
         let taken = way.iter().try_for_each(|request| self.accept(request, MOST_OF_DETOUR));
+        self.end_growth();
         self.planner.close(&behind, rest_sq);
+        self.laser.skip_levels(self.planner.released(), behind.first);
         if let Err(refusal) = taken {
             self.stop();
             return Err(refusal);

@@ -21,6 +21,9 @@ impl Motion {
         if self.planner.pushed() != self.seen.0 {
             self.seen = (self.planner.pushed(), window.now);
         }
+        if self.laser.growth.moves > 0 {
+            self.end_growth_in_time(window.now);
+        }
         if self.filters.bypassed != self.filters.bypass_wanted {
             self.obey_bypass();
         }
@@ -28,10 +31,14 @@ impl Motion {
             return self.filtered_segment(window, segment);
         }
         let Some(slice) = self.next_slice(window) else {
+            if self.resting {
+                self.laser.rest(self.clock);
+            }
             let has_more = self.run.as_ref().is_some_and(Run::has_more);
             return if has_more { Supply::Enough } else { Supply::Nothing };
         };
         self.segment(&slice, window, segment);
+        segment.has_power = self.has_power_before(segment);
         Supply::Segment
     }
 
@@ -58,8 +65,9 @@ impl Motion {
     }
 
     /// Lets the motors stand at these steps after the queue was cut, and forgets everything else.
-    pub(crate) fn resume_from_cut(&mut self, steps: PerActuator<StepCount>) {
+    pub(crate) fn resume_from_cut(&mut self, steps: PerActuator<StepCount>, now: Ticks) {
         self.abort();
+        self.laser.off_at_once(now);
         let (position, set_back) = (self.position_of_steps(&steps), self.set_back);
         self.settle_at(position);
         // Whole steps, not their image through two roundings; and the feed knows them.

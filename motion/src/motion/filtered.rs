@@ -10,6 +10,7 @@ use crate::{
     feed_schedule::Window,
     filters::{Knot, LEAST_SPACING, Source, Stretch},
     knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after},
+    laser::Law,
     path::{Curve, Path},
     run::Slice,
     trajectory::{Piece, TickTime, at_tick, seconds_between, tick_time},
@@ -45,6 +46,9 @@ impl Motion {
         // Never the last sliver of what is known: in a segment so short, the rounding of positions is more
         // than the way.
         if self.is_sliver() && self.settle_more(&window.unbounded()).is_none() {
+            if self.filters.drained {
+                self.rest_power();
+            }
             return Supply::Nothing;
         }
         if was_behind {
@@ -57,12 +61,16 @@ impl Motion {
         };
         segment.duration = self.filters.out.saturating_sub(segment.start);
         if let Some(config) = &self.config {
-            let knot = if self.compensation.is_active() { compensated(&self.compensation, &knot) } else { knot };
-            let ends = step_positions_after(config, &knot.point, &self.knots);
-            segment.motors = spans(config, &knot, &self.knots, &ends);
+            let warped = if self.compensation.is_active() { compensated(&self.compensation, &knot) } else { knot };
+            let ends = step_positions_after(config, &warped.point, &self.knots);
+            segment.motors = spans(config, &warped, &self.knots, &ends);
             self.knots = ends;
         }
         self.shift_if_late(segment, window);
+        if self.laser.is_on() {
+            self.power_of_knot(&knot, segment);
+            segment.has_power = self.has_power_before(segment);
+        }
         Supply::Segment
     }
 
@@ -75,6 +83,7 @@ impl Motion {
         let Some(slice) = self.next_slice(window) else { return self.rest_a_moment() };
         self.filters.drained = false;
         let begin = self.clock;
+        self.send_power_of(&slice, begin);
         let cut = self.filters.cut_piece.take().filter(|_| !slice.fresh);
         if let Some(cut) = cut {
             self.piece = Some(rest_of(&cut, begin));
@@ -107,6 +116,7 @@ impl Motion {
         if self.filters.drained && self.filters.newest().is_rest() {
             return None;
         }
+        self.send_power(self.clock, Law::OFF);
         if !self.filters.newest().is_rest() {
             self.filters.cut_piece = None;
             self.filters.push(Stretch::rest(self.clock, self.place), None);
@@ -141,6 +151,7 @@ impl Motion {
         let mut slices = 1;
         while seconds < least && slices < MAX_LUMPED {
             let Some(slice) = self.next_slice(window) else { break };
+            self.send_power_of(&slice, self.clock);
             self.clock = slice.end;
             length += mean(&slice);
             seconds = seconds_between(begin, self.clock);

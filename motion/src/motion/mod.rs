@@ -22,6 +22,7 @@ mod detour;
 mod feed_side;
 mod filtered;
 mod forecast;
+mod growth;
 mod path_made;
 mod power;
 mod profiles;
@@ -40,7 +41,7 @@ use crate::{
     feed_schedule::Lead,
     filters::{Filters, History},
     knots::{countable_within, is_countable, nearest_step, step_positions},
-    laser::{Laser, Power},
+    laser::{Growth, Laser, Power},
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
@@ -90,6 +91,9 @@ pub struct Counters {
     pub squeezed: u32,
     /// Runs of pieces too short for the filters' memory, which were made into one.
     pub lumped: u32,
+    /// Pulses and gaps of a laser's power that were lost or lost their beginning, as one edge's delay was
+    /// longer than the other's by more than they lasted, or as too many changes waited.
+    pub swallowed: u32,
 }
 
 /// The motion object. Build it in a `static`, then [`Self::configure`] it.
@@ -209,7 +213,8 @@ impl Motion {
     #[must_use]
     pub fn new() -> Self {
         use std::boxed::Box;
-        let crate::Store { history, curves, surface, timeline, laser } = crate::Store::new();
+        let crate::Store { history, curves, surface, timeline, mut laser } = crate::Store::new();
+        laser.store = Some(Box::default());
         Self::over(
             Box::default(),
             Box::new(history),
@@ -270,7 +275,7 @@ impl Motion {
             set_back: PerActuator([0; units::MAX_ACTUATORS]),
             orders: FeedOrders { cut: false, rebase: None, setup: None, searching: false, lead: Lead::Short },
             trigger: None,
-            counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
+            counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0, swallowed: 0 },
             filters: Filters::new(history),
             compensation: Compensation::new(surface),
             timeline,
@@ -341,7 +346,7 @@ impl Motion {
     #[must_use]
     pub fn is_idle(&self) -> bool {
         let stands = self.run.is_none() && self.planner.is_empty() && self.state == State::Running;
-        stands && self.filters.drained && self.report.drained
+        stands && self.filters.drained && self.report.drained && self.laser.is_quiet()
     }
 
     /// Sets the machine at rest exactly at `position`.
@@ -349,6 +354,7 @@ impl Motion {
         self.place = position;
         self.planned = position;
         self.last = None;
+        self.laser.growth = Growth::NONE;
         self.filters.settle(position, self.clock);
         if let Some(config) = &self.config {
             self.knots = step_positions(config, &self.compensation.motors(&position));
@@ -369,7 +375,8 @@ impl Motion {
     /// Runs the queued blocks without waiting for the queue to fill, as nothing more will come soon.
     pub fn flush(&mut self) {
         self.flushed = self.planner.pushed();
-        // A block that may run now is not shortened any more for a rounded corner.
+        // A block that may run now does not grow, and is not shortened any more for a rounded corner.
+        self.laser.growth = Growth::NONE;
         self.planner.set_reserve(0.0);
         if let Some(last) = &mut self.last {
             last.line = None;

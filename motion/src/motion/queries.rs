@@ -29,7 +29,7 @@ impl Motion {
     #[must_use]
     pub fn is_full(&self) -> bool {
         let (used, size) = self.queue_level();
-        used + usize::from(self.wants_two) >= size || self.curves.is_full()
+        used + usize::from(self.wants_two) >= size || self.curves.is_full() || self.has_full_levels()
     }
 
     /// Returns the end of the last accepted move.
@@ -145,7 +145,7 @@ impl Motion {
 
     /// Returns the counts of faults so far.
     #[must_use]
-    pub const fn counters(&self) -> Counters {
-        self.counters
+    pub fn counters(&self) -> Counters {
+        Counters { swallowed: self.laser.swallowed, ..self.counters }
     }
 }

@@ -28,7 +28,11 @@ impl Motion {
     /// # Errors
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
-        let result = self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size));
+        let result = if self.goes_straight_on(request) && self.extend(request)? {
+            Ok(())
+        } else {
+            self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size))
+        };
         // A jerk-limited plan depends on the plan before it, so planning runs after each block, no matter
         // when the planner task has its turn.
         self.planner.plan_jerk();
@@ -44,6 +48,8 @@ impl Motion {
         if matches!(self.state, State::Stopping | State::Aborting) {
             return Err(Refusal::Stopping);
         }
+        // What hangs on the mark belongs there, so the block before it ends there.
+        self.end_growth();
         self.timeline.mark(self.planner.pushed()).ok_or(Refusal::Full)
     }
 
@@ -101,11 +107,13 @@ impl Motion {
             envelope.length -= rounding.cut;
             self.round(&rounding, straight);
         }
+        let origin = rounding.map_or(self.planned, |rounding| rounding.to);
         self.push(&envelope, Exit::straight(envelope.primary), straight);
         if let (Some(last), Some(_), Corner::Rounded(_)) = (&mut self.last, envelope.primary, request.corner) {
             last.line = Some((unit, length));
             self.planner.set_reserve(MOST_CUT * length);
         }
+        self.begin_growth(straight, origin, &unit);
         Ok(())
     }
 
@@ -147,6 +155,7 @@ impl Motion {
         block.is_tangent = last.is_some_and(|last| is_tangent(last.exit.direction, envelope.primary));
         let cruise_before = last.map_or(cruise, |last| last.cruise(&self.overrides));
         let rest = least(limits.minimum_speed.get(), cruise);
+        self.laser.begin_block(self.planner.pushed());
         // The queue was found to have room.
         self.last = Some(Last::new(&block, exit));
         let _pushed = self.planner.push(block, cruise_before, rest, &self.overrides);
@@ -169,7 +178,7 @@ fn ways_of_curve(path: &Path, delta: &PerAxis<f64>) -> PerAxis<f64> {
 
 /// The limits of a straight move; `None` when nothing moves enough to count.
 #[inline(always)]
-fn envelope(
+pub(super) fn envelope(
     config: &MotionConfig,
     from: &PerAxis<f64>,
     delta: &PerAxis<f64>,
@@ -215,7 +224,7 @@ fn ways_between(config: &MotionConfig, from: &PerAxis<f64>, to: &PerAxis<f64>) -
 /// Refuses numbers that mean nothing. `countable`: the distance from the origin, mm, within which the motors'
 /// steps can surely be counted.
 #[inline(always)]
-fn check_request(
+pub(super) fn check_request(
     config: &MotionConfig,
     compensation: &Compensation,
     countable: f64,

@@ -17,6 +17,7 @@ use units::{Axis, MAX_AXES, PerAxis};
 use super::Motion;
 use crate::{
     filters::{Place, Source, is_before, moves},
+    laser::Growth,
     least,
     path::{Curve, Path},
     planner::{Block, ROUNDING},
@@ -68,6 +69,7 @@ impl Motion {
         let behind = self.curves_behind(source.block);
         self.planner.released_block(source.block).is_some_and(|block| travelled < block.length)
             && self.curves.keeps(behind)
+            && self.laser.keeps(source.block)
     }
 
     /// Returns the number of curved blocks among those released behind this one.
@@ -140,13 +142,18 @@ impl Motion {
         if self.flushed.wrapping_sub(released) as i32 <= 0 {
             self.flushed = released;
         }
-        // A block that is executed again is not shortened any more for a rounded corner.
+        // A block that is executed again does not grow, and is not shortened any more for a rounded corner.
+        if self.laser.growth.block == source.block {
+            self.laser.growth = Growth::NONE;
+        }
         if let Some(last) = &mut self.last {
             last.line = None;
         }
         let back = (self.clock.to_bits() as u64).wrapping_sub(place.time);
         self.clock = self.clock.saturating_sub(TickTime::from_bits(u128::from(back)));
         self.run = Some(Run::within(block, place.path, place.travelled, self.clock, place.speed, place.ramp()));
+        self.laser.take_back(place.time);
+        self.laser.run_block(source.block, block.power.level, place.travelled);
         if self.planner.keeps_cruise_ratio() {
             self.peak_sq = self.planner.cruise_peak_sq(source.block).unwrap_or(self.peak_sq);
         }

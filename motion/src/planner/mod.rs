@@ -56,6 +56,17 @@ impl Planner {
         true
     }
 
+    /// Puts a longer block in the place of the last one, which waits: it begins like that. The whole of it is
+    /// kept in reserve: for the plan, the path ends at its beginning.
+    pub(crate) fn replace_last(&mut self, block: Block, overrides: &Overrides) {
+        let count = self.end.wrapping_sub(1);
+        let Block { corner_sq, is_tangent, look_ahead, entry_limit_sq, entry_sq, .. } = *self.block(count);
+        let cruise = block.cruise(overrides);
+        let entry_limit_sq = crate::least(entry_limit_sq, cruise * cruise);
+        *self.block_mut(count) = Block { corner_sq, is_tangent, look_ahead, entry_limit_sq, entry_sq, ..block };
+        self.set_reserve(block.length);
+    }
+
     /// Reverse pass over whatever is new. At most one visit to each block.
     pub(crate) fn plan(&mut self) {
         if self.planned == self.end {

@@ -119,7 +119,10 @@ impl Planner {
     pub(crate) fn set_reserve(&mut self, reserve: f64) {
         if reserve != self.reserve && !self.is_empty() {
             self.reserve = reserve;
-            self.planned = self.end.wrapping_sub(1);
+            let last = self.end.wrapping_sub(1);
+            if self.planned.wrapping_sub(last) as i32 > 0 {
+                self.planned = last;
+            }
         }
     }
 
