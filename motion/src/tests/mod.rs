@@ -8,6 +8,7 @@ mod filters;
 mod forecast;
 mod hard_files;
 mod jerk_limited;
+mod laser;
 mod laws;
 mod leveling;
 mod limits;
