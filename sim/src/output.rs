@@ -1,4 +1,5 @@
-//! The files a run leaves: `console.log`, `steps.csv`, `telemetry.csv` and `summary.json`.
+//! The files a run leaves: `console.log`, `steps.csv`, `telemetry.csv` and `summary.json`; with a laser
+//! `power.csv` too.
 //!
 //! Edges are written as they come, so a long run needs no memory for them. Every file is a function of the
 //! run alone: no wall-clock time, no path.
@@ -14,10 +15,14 @@ use std::path::{Path, PathBuf};
 
 use units::Direction;
 
+use crate::trace::PowerChange;
 use crate::world::World;
 
 /// Interval of telemetry rows.
 const TELEMETRY_NS: u64 = 100_000_000;
+
+/// File of the changes of a laser's power, with the duty in 1/65535.
+const POWER: &str = "power.csv";
 
 /// Writes a run's files into one directory.
 #[derive(Debug)]
@@ -25,6 +30,8 @@ pub struct Recorder {
     directory: PathBuf,
     console: BufWriter<File>,
     steps: BufWriter<File>,
+    /// Made with the first change of power.
+    power: Option<BufWriter<File>>,
     telemetry: BufWriter<File>,
     next_telemetry_ns: u64,
 }
@@ -46,9 +53,15 @@ impl Recorder {
             directory: directory.to_owned(),
             console: file("console.log")?,
             steps: file("steps.csv")?,
+            power: None,
             telemetry: file("telemetry.csv")?,
             next_telemetry_ns: 0,
         };
+        // A run without power must not show that of the run before.
+        match fs::remove_file(directory.join(POWER)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(named(&directory.join(POWER), error)),
+            _ => {}
+        }
         writeln!(recorder.steps, "time_ns,actuator,direction")?;
         write!(recorder.telemetry, "time_s")?;
         for heater in &world.config().heaters {
@@ -79,6 +92,7 @@ impl Recorder {
             };
             writeln!(self.steps, "{},{},{direction}", edge.time_ns, edge.actuator.name())?;
         }
+        self.power(&world.trace_mut().take_power())?;
         if world.now_ns() < self.next_telemetry_ns {
             return Ok(());
         }
@@ -91,6 +105,21 @@ impl Recorder {
         writeln!(self.telemetry, ",{:.2},{:.2},{load}", world.vmotor_v(), world.vfet_v())
     }
 
+    fn power(&mut self, changes: &[PowerChange]) -> io::Result<()> {
+        if changes.is_empty() {
+            return Ok(());
+        }
+        let power = match &mut self.power {
+            Some(power) => power,
+            None => {
+                let mut file = BufWriter::new(File::create(self.directory.join(POWER))?);
+                writeln!(file, "time_ns,duty")?;
+                self.power.insert(file)
+            }
+        };
+        changes.iter().try_for_each(|change| writeln!(power, "{},{}", change.time_ns, change.duty))
+    }
+
     /// Writes what is left and the summary.
     ///
     /// # Errors
@@ -100,6 +129,7 @@ impl Recorder {
         self.console.flush()?;
         self.steps.flush()?;
         self.telemetry.flush()?;
+        self.power.as_mut().map_or(Ok(()), Write::flush)?;
         fs::write(self.directory.join("summary.json"), summary::render(world, outcome))
     }
 }
@@ -133,12 +163,14 @@ mod tests {
         for step in 1..=3 {
             world.step(step * 1_000, Actuator::Beta);
         }
+        world.trace_mut().push_power(PowerChange { time_ns: 2_500, duty: 65_535 });
         recorder.console(b"ok\n").expect("written");
         let starved_ns = Some(vec![1_500_000_000, 2_000_000_000]);
         let outcome = Outcome { halted: Some("a \"reason\"".into()), lines: 7, starved_ns, ..Outcome::default() };
         recorder.finish(&mut world, &outcome).expect("written");
         let read = |name: &str| fs::read_to_string(directory.join(name)).expect("written before");
         assert_eq!(read("steps.csv"), "time_ns,actuator,direction\n1000,beta,-1\n2000,beta,-1\n3000,beta,-1\n");
+        assert_eq!(read("power.csv"), "time_ns,duty\n2500,65535\n");
         assert_eq!(read("console.log"), "ok\n");
         assert!(
             read("telemetry.csv")
@@ -160,6 +192,8 @@ mod tests {
         let without = verified.replace("[\"a \\\"step\\\"\"]", "[]");
         assert_eq!(without.replace(",\n  \"step_error_ns\": {\"max\": 7.0, \"rms\": 2.50}", ""), summary);
         assert_ne!(without, verified);
+        Recorder::create(&directory, &world).expect("the same directory");
+        assert!(!directory.join(POWER).exists(), "a new run without power has no such file");
         fs::remove_dir_all(directory).expect("ours to remove");
     }
 }

@@ -13,6 +13,15 @@ pub struct StepEdge {
     pub direction: Direction,
 }
 
+/// Change of a laser's duty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PowerChange {
+    /// Time of the change, nanoseconds since power-on.
+    pub time_ns: u64,
+    /// Duty from then on, in 1/65535.
+    pub duty: u16,
+}
+
 /// FNV-1a, 64 bit. Published by Fowler, Noll and Vo; offset basis and prime from their reference page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fnv1a(u64);
@@ -54,6 +63,7 @@ pub struct ActuatorTally {
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
     edges: Vec<StepEdge>,
+    powers: Vec<PowerChange>,
     hash: Fnv1a,
     tallies: [ActuatorTally; MAX_ACTUATORS],
     total: u64,
@@ -76,6 +86,16 @@ impl Trace {
         tally.net_steps += i64::from(edge.direction.sign());
         self.total += 1;
         self.edges.push(edge);
+    }
+
+    /// Appends a change of a laser's power. The hash of edges is that of steps alone.
+    pub fn push_power(&mut self, change: PowerChange) {
+        self.powers.push(change);
+    }
+
+    /// Hands the changes of power over.
+    pub fn take_power(&mut self) -> Vec<PowerChange> {
+        std::mem::take(&mut self.powers)
     }
 
     /// Hash over every edge so far.

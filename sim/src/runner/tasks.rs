@@ -10,6 +10,7 @@ use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
 use super::shared::Shared;
 use super::verify::{Watch, Watched};
+use crate::trace::PowerChange;
 use crate::world::World;
 
 /// The period of the board's fastest periodic tasks.
@@ -276,6 +277,10 @@ impl Tasks {
 
     fn play(&mut self, shared: &Shared, event: motion::queue::StepEvent, at_ns: u64) {
         let mut world = shared.simulation.world.borrow_mut();
+        if let Some(duty) = event.laser_duty() {
+            world.trace_mut().push_power(PowerChange { time_ns: at_ns, duty });
+            return;
+        }
         for actuator in Actuator::ALL {
             if event.turning_forward() & actuator.bit() != 0 {
                 world.turn(at_ns, actuator, Direction::Forward);
