@@ -94,6 +94,14 @@ enum Command {
         #[command(flatten)]
         sources: report::Sources,
     },
+    /// Compare each edge of a laser's power with its place in the program, and draw the picture the edges
+    /// make: OUT/laser.svg; exits 1 when an edge is not in its place
+    Laser {
+        /// The run's folder
+        out: PathBuf,
+        #[command(flatten)]
+        sources: report::Sources,
+    },
     /// Draw a run's curves in the terminal
     Plot {
         /// The run's folder
@@ -166,6 +174,7 @@ fn run(command: Command) -> Result<ExitCode> {
             print!("{}", report.text());
             Ok(success(report.passes()))
         }
+        Command::Laser { out, sources } => Ok(success(report::laser::laser(&out, &sources)?)),
         Command::Plot { out, of, sources } => {
             let report = report::Report::read(&out, &sources)?;
             of.into_iter().for_each(|quantity| print!("{}", report.plot(quantity)));

@@ -5,6 +5,7 @@ mod arc;
 mod checks;
 mod edges;
 mod follow;
+pub mod laser;
 mod machine;
 mod marks;
 pub mod page;

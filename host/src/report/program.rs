@@ -27,6 +27,8 @@ pub struct Vertex {
     pub label: Label,
     /// The machine is homed and then stands here: no move leads from the corner before.
     pub is_homed: bool,
+    /// The S word that is in force on that move for a laser: zero after M5 and in G0.
+    pub power: f64,
 }
 
 /// Event at a corner of a program's path.
@@ -122,6 +124,9 @@ struct Modal {
     beginning: Beginning,
     label: Label,
     is_left_out: bool,
+    /// The S word, and whether M3 or M4 has a laser follow it.
+    s: f64,
+    burns: bool,
 }
 
 impl Program {
@@ -164,6 +169,8 @@ impl Program {
             beginning: beginning.into(),
             label: Label::default(),
             is_left_out: false,
+            s: 0.0,
+            burns: false,
         };
         program.corner(&modal, [0.0; 3], false);
         let mut marks = Marks::of(text);
@@ -205,7 +212,8 @@ impl Program {
         let Beginning { feed, seek, .. } = modal.beginning;
         let asked = if modal.motion == 0 { seek } else { feed };
         let line = self.lines as u32;
-        self.corners.push(Vertex { at, extrudes, asked, line, label: modal.label, is_homed: false });
+        let power = if modal.burns && modal.motion > 0 { modal.s } else { 0.0 };
+        self.corners.push(Vertex { at, extrudes, asked, line, label: modal.label, is_homed: false, power });
     }
 
     fn event(&mut self, modal: &Modal, kind: EventKind) {
@@ -235,6 +243,9 @@ impl Program {
 
     fn take(&mut self, block: &Block<'_>, modal: &mut Modal) {
         let code = block.code.unwrap_or(Code::g(modal.motion));
+        if let (Letter::G, 0..=3) | (Letter::M, 3..=5) = (code.letter, code.number) {
+            modal.s = block.get('S').unwrap_or(modal.s);
+        }
         match (code.letter, code.number) {
             (Letter::G, 0..=3) => {
                 modal.motion = code.number;
@@ -259,6 +270,10 @@ impl Program {
             (Letter::G, _) => {
                 self.event(modal, EventKind::Other);
                 self.set_unknown(format!("line {}: {code}", self.lines));
+            }
+            (Letter::M, 3..=5) => {
+                modal.burns = code.number < 5;
+                self.event(modal, EventKind::Other);
             }
             (Letter::M, 82) => modal.absolute_e = true,
             (Letter::M, 83) => modal.absolute_e = false,
@@ -379,6 +394,13 @@ mod tests {
         );
         assert_eq!((program.extruded[&0], program.lines, program.homes), (1.25, 9, true));
         assert_eq!(program.unknown, None);
+    }
+
+    #[test]
+    fn power_is_modal_and_none_in_g0_and_after_m5() {
+        let program = parse("G1 X1 S5\nM4\nG1 X2\nG0 X3\nG1 X4 S7\nG1 X5\nM5\nG1 X6\nM3 S9\nG1 X7\nG4 S2\nG1 X8");
+        let powers: Vec<_> = program.path().iter().skip(1).map(|v| v.power).collect();
+        assert_eq!(powers, [0.0, 5.0, 0.0, 7.0, 7.0, 0.0, 9.0, 9.0]);
     }
 
     #[test]
