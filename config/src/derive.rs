@@ -61,9 +61,25 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
             frequency.get_or_insert(DEFAULT_PWM_HZ);
         }
     }
+    laser(config, &written);
     let probe = &mut config.probe;
     if probe.return_rate == MmPerSecond(0.0) {
         probe.return_rate = probe.usual_return_rate();
+    }
+}
+
+/// A laser has its timer's frequency, and the S and the law of M3 that senders of the dialect expect.
+fn laser(config: &mut MachineConfig, written: Written) {
+    let MachineConfig { laser, pwm_frequency_hz, general, .. } = config;
+    let of_timer = laser.pwm_pin.and_then(|pin| *pwm_frequency_hz.get(usize::from(pin.timer).checked_sub(1)?)?);
+    if !written("laser", 0, "pwm_frequency") {
+        laser.frequency_hz = of_timer.unwrap_or(DEFAULT_PWM_HZ);
+    }
+    if !written("laser", 0, "default_power") {
+        laser.default_power = if general.grbl_mode { 0.0 } else { 0.8 };
+    }
+    if !written("laser", 0, "proportional_power") {
+        laser.proportional_power = !general.grbl_mode;
     }
 }
 
@@ -328,6 +344,7 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
         config.bed_screws.screws.clear();
     }
     config.uart.enable &= !is_off("uart console", "");
+    config.laser.enable &= !is_off("laser", "");
     config.filament_detector.enable &= !is_off("filament detector", "");
     config.filament_width.enable &= !is_off("filament width sensor", "");
     config.player.on_boot_gcode_enable &= !is_off("player", "");
@@ -366,6 +383,7 @@ fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
             (None, _) => match module.section {
                 "zprobe" => config.probe.enable,
                 "uart console" => config.uart.enable,
+                "laser" => config.laser.enable,
                 "filament detector" => config.filament_detector.enable,
                 "filament width sensor" => config.filament_width.enable,
                 _ => true,

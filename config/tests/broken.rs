@@ -148,7 +148,28 @@ const ADDITIONS: &[(&str, &str)] = &[
         "a servo whose pulses do not fit",
         "[pwm1]\nfrequency = 5000\n\n[switch]\narm.enable = true\narm.output_pin = PWM1_1\narm.output_type = hwpwm\narm.input_on_command = M280\narm.servo_max_angle = 180\n",
     ),
-    ("a function that is still to come", "[laser]\nenable = true\npwm_pin = PWM1_1\n"),
+    ("a function that is still to come", "[lathe]\nenable = true\nindex_pin = PD15\n"),
+    ("a laser without a pin", "[laser]\nenable = true\n"),
+    (
+        "a laser on a timer that a switch is on",
+        "[pwm1]\nfrequency = 20000\n\n[switch]\nspindle.enable = true\nspindle.output_pin = PWM1_2\nspindle.output_type = hwpwm\nspindle.input_on_command = M3\n\n[laser]\nenable = true\npwm_pin = PWM1_1\npwm_frequency = 5000\n",
+    ),
+    (
+        "a laser on a timer that sends to lights",
+        "[led strip]\nbed.enable = true\nbed.pin = PWM2_1\n\n[laser]\nenable = true\npwm_pin = PWM2_3\n",
+    ),
+    (
+        "a laser whose powers contradict each other",
+        "[laser]\nenable = true\npwm_pin = PWM2_1\nmaximum_power = 0.2\nminimum_power = 0.3\ndefault_power = 5\npower_table = 0,0 0.5,0.6 0.4,1\n",
+    ),
+    (
+        "a laser that is too fast",
+        "[pwm2]\nfrequency = 80000\n\n[laser]\nenable = true\npwm_pin = PWM2_1\npower_table = 0.5,0.5\n",
+    ),
+    (
+        "a laser that names switches which are none",
+        "[laser]\nenable = true\npwm_pin = PWM2_1\ninterlock_switches = lid, fan\nair_switch = compressor\n",
+    ),
     (
         "an external driver that steps faster than its pulses",
         "[system]\nstep_pulse_us = 20\n[actuator]\nepsilon.driver = external\nepsilon.steps_per_mm = 400\nepsilon.max_rate = 6000\nepsilon.step_pin = PJ5\nepsilon.dir_pin = PJ1\n",

@@ -202,14 +202,14 @@ fn a_second_value_and_a_second_section_count_with_a_warning() {
 
 #[test]
 fn what_velvet_cannot_do_yet_is_refused_only_when_it_is_used() {
-    let (_, findings) = read(&format!("{SAMPLE}[laser]\nenable = false\npwm_pin = PWM1_1\nmaximum_power = 0.8\n"));
+    let (_, findings) = read(&format!("{SAMPLE}[lathe]\nenable = false\nencoder_ppr = 400\n"));
     assert!(findings.is_empty(), "{findings:#?}");
-    let (_, findings) = read(&format!("{SAMPLE}[laser]\nenable = true\n"));
+    let (_, findings) = read(&format!("{SAMPLE}[lathe]\nenable = true\n"));
     assert_eq!(
         findings[0].to_string(),
         format!(
-            "line {}, column 10: error: [laser] enable: not supported yet (leave it disabled until Velvet can do it); \
-             stays off: [laser]",
+            "line {}, column 10: error: [lathe] enable: not supported yet (leave it disabled until Velvet can do it); \
+             stays off: [lathe]",
             SAMPLE.lines().count() + 2
         )
     );

@@ -12,6 +12,7 @@ mod filament;
 mod findings;
 mod heat;
 mod homing;
+mod laser;
 mod led_strips;
 mod leveling;
 mod motors;
@@ -67,6 +68,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     temperature_switches::check(&mut checks);
     fans::check(&mut checks);
     led_strips::check(&mut checks);
+    laser::check(&mut checks);
     buttons::check(&mut checks);
     pins::check(&mut checks);
 }

@@ -48,7 +48,8 @@ fn same_number(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig)
 
 fn input(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     let is_silent = switch.output_on_command.is_empty() && switch.output_off_command.is_empty();
-    if is_silent && switch.io_number.is_none() {
+    let is_interlock = checks.config.laser.interlock_names().any(|name| switch.name == name);
+    if is_silent && switch.io_number.is_none() && !is_interlock {
         let reason = format_args!("the input does nothing");
         checks.error((SWITCH, place, "output_on_command"), reason, format_args!("write the line it executes"));
     }
@@ -58,7 +59,8 @@ fn input(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
 fn is_automatic(checks: &Checks<'_, '_>, switch: &SwitchConfig) -> bool {
     let ruled = checks.config.temperature_switches.iter().any(|rule| rule.enable && rule.switch == switch.name);
     let config = checks.config;
-    ruled || config.automatic_fan(&switch.name).is_some() || config.strip_of_switch(&switch.name).is_some()
+    let is_air = config.laser.enable && config.laser.air_switch == switch.name;
+    ruled || is_air || config.automatic_fan(&switch.name).is_some() || config.strip_of_switch(&switch.name).is_some()
 }
 
 fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {

@@ -88,6 +88,7 @@ pub(super) fn is_in_use(checks: &Checks<'_, '_>, path: Path) -> bool {
             ("zprobe", _) => config.probe.enable,
             ("kill button", _) => config.kill_button.enable,
             ("safety door", _) => config.safety_door.enable,
+            ("laser", _) => config.laser.enable,
             ("filament detector", "detector_pin") => {
                 config.filament_detector.enable && config.filament_detector.bulge_pin.is_none()
             }

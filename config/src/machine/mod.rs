@@ -108,6 +108,8 @@ pub struct MachineConfig {
     pub player: PlayerConfig,
     /// Section `[tool change]`: scripts and prompt.
     pub tool_change: ToolChangeConfig,
+    /// Section `[laser]`.
+    pub laser: LaserConfig,
     /// Section `[filament detector]`: run-out and jams.
     pub filament_detector: FilamentDetectorConfig,
     /// Section `[filament width sensor]`.

@@ -325,7 +325,7 @@ pub const SECTIONS: &[Section] = &[
     section!("deltesian", Machine, Form::Plain, DeltesianArms: |c, _| Some(&mut c.motion.arms.deltesian)),
     section!("generic cartesian", Machine, Form::Plain, GenericCartesian: |c, _| Some(&mut c.motion.arms)),
     section!("winch", Machine, Form::Plain, Winch: |c, _| Some(&mut c.motion.arms)),
-    section!("laser", Section, Form::Plain, Laser: |_, _| None),
+    section!("laser", Section, Form::Plain, LaserConfig: |c, _| Some(&mut c.laser)),
     section!("drillingcycles", Section, Form::Plain, Cycles: |c, _| Some(&mut c.cycles)),
     section!("filament detector", Section, Form::Plain, FilamentDetectorConfig: |c, _| Some(&mut c.filament_detector)),
     section!("filament width sensor", Section, Form::Plain, FilamentWidthConfig: |c, _| Some(&mut c.filament_width)),

@@ -9,36 +9,6 @@ use crate::setting::{PinRole, Support};
 type Nothing = ();
 
 settings! {
-    /// A laser whose power follows the speed.
-    rows Laser of Nothing {
-        /// There is a laser.
-        "enable" = bool("false").v1("laser_module_enable").support(NOT_YET);
-        /// Timer channel that drives the laser.
-        "pwm_pin" = pin("nc", PinRole::Pwm).v1("laser_module_pwm_pin").dormant();
-        /// Output that is on while the laser has power.
-        "ttl_pin" = pin("nc", PinRole::Output).v1("laser_module_ttl_pin").dormant();
-        /// The output is low where it would be high.
-        "inverted_pwm" = bool("false").dormant();
-        /// Pull the output up.
-        "pullup" = bool("true").dormant();
-        /// The output only pulls low.
-        "opendrain" = bool("false").dormant();
-        /// Duty cycle at full power.
-        "maximum_power" = number("1", ANY).unit("fraction").v1("laser_module_maximum_power").dormant();
-        /// Least duty cycle in a cutting move.
-        "minimum_power" = number("0", ANY).unit("fraction").v1("laser_module_minimum_power").dormant();
-        /// The S value of full power.
-        "maximum_s_value" = number("1", ANY).v1("laser_module_maximum_s_value").dormant();
-        /// S until a program sets it.
-        "default_power" = number("0.8", ANY).unit("S units").v1("laser_module_default_power").dormant();
-        /// Power follows the speed along the path.
-        "proportional_power" = bool("true").v1("laser_module_proportional_power").dormant();
-        /// Rate of power updates.
-        "proportional_power_frequency" = integer("10000", &(0, 1_000_000)).unit("Hz").dormant();
-    }
-}
-
-settings! {
     /// Threading in step with a spindle.
     rows Lathe of Nothing {
         /// Understand threading with G33.

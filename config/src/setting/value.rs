@@ -8,6 +8,7 @@ use heapless::Vec;
 use units::Axis;
 
 /// A value as read.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, while its line is read")]
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value<'t> {
     Bool(bool),
@@ -25,7 +26,7 @@ pub(crate) enum Value<'t> {
 }
 
 /// Places that a setting can have.
-const MOST_PLACES: usize = 12;
+const MOST_PLACES: usize = 32;
 
 /// The board's dividers of 100 and 10 kOhm.
 const DIVIDER_SCALE: f64 = 11.0;

@@ -44,6 +44,8 @@ const OTHER_DEFAULTS: &[(&str, &str)] = &[
     ("[general] config-override", "on with grbl_mode: what a sender sets is to outlive the reset"),
     ("[temperature control] <name>.windup", "a heat-up at full output is not to overshoot"),
     ("[network] hostname", "the machine is found as velvet.local"),
+    ("[laser] default_power", "0 with grbl_mode: nothing burns by an S that nobody wrote"),
+    ("[laser] proportional_power", "off with grbl_mode, where M3 is constant and M4 follows the speed"),
     ("[switch] <name>.output_type", "must be written; an output of no type does nothing"),
 ];
 
