@@ -160,7 +160,7 @@ impl<'a> Blocks<'a> {
             let letter = match self.next_word(parameters) {
                 Ok(Some(letter)) => letter,
                 Ok(None) => break,
-                Err(_) if self.skips_string_or_list(block) => continue,
+                Err(_) if self.takes_powers(block) || self.skips_string_or_list(block) => continue,
                 Err(error) => return Err(error),
             };
             if matches!(letter, b'G' | b'M') {
@@ -171,6 +171,22 @@ impl<'a> Blocks<'a> {
             block.set(letter, value, begin.saturating_add(1).min(usize::from(u8::MAX)) as u8);
         }
         Ok(true)
+    }
+
+    /// Takes the powers behind the first one of a move's S, `S0.8:0:0.5`, as the block's text.
+    #[cold]
+    fn takes_powers(&mut self, block: &mut Block<'a>) -> bool {
+        let moves = block.code.is_none_or(|code| code.letter == Letter::G && code.number <= 3);
+        let from = usize::from(block.column_of('S'));
+        let is_power = self.line.get(from..self.at).is_some_and(|text| text.iter().all(|byte| number::starts(*byte)));
+        let list = self.rest();
+        let length = list.iter().take_while(|byte| **byte == b':' || number::starts(**byte)).count();
+        if !moves || !block.has('S') || !is_power || list.first() != Some(&b':') {
+            return false;
+        }
+        block.text = list.get(..length).and_then(|list| core::str::from_utf8(list).ok());
+        self.at += length;
+        block.text.is_some()
     }
 
     /// Passes over what goes on with the value of a code: see [`string_or_list`].

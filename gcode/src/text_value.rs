@@ -61,6 +61,16 @@ mod tests {
     }
 
     #[test]
+    fn the_power_of_a_move_may_be_a_list() {
+        let block = &blocks("G1 Y-0.8S0.875:0:0:0.5 F600")[0];
+        assert_eq!((block.get('S'), block.text, block.get('F')), (Some(0.875), Some(":0:0:0.5"), Some(600.0)));
+        assert_eq!(blocks("X1 S1:0")[0].text, Some(":0"));
+        assert_eq!(failing("G1 S1 X1:2"), (9, Problem::NotALetter(b':')));
+        assert_eq!(failing("G4 S1:2"), (6, Problem::NotALetter(b':')));
+        assert_eq!(failing("G1 S1 :2"), (7, Problem::NotALetter(b':')));
+    }
+
+    #[test]
     fn text_codes_keep_their_text() {
         assert_eq!(blocks("M117 Hello, World! (50%)  ; note")[0].text, Some("Hello, World! (50%)"));
         assert_eq!(blocks("m23 My File.gcode")[0].text, Some("My File.gcode"));

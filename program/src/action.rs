@@ -235,6 +235,8 @@ pub struct Move {
     pub rate: Rate,
     /// Laser power, the S word.
     pub power: f32,
+    /// Whether the power follows the speed along the path (M4).
+    pub power_by_speed: bool,
     /// Treatment of the corner at the beginning of the move.
     pub corner: Corner,
 }

@@ -150,6 +150,9 @@ fn describe_move(f: &mut fmt::Formatter<'_>, request: &Move, from: &PerAxis<f64>
     }
     if request.power != 0.0 {
         write!(f, ", S{}", request.power)?;
+        if request.power_by_speed {
+            f.write_str(" by speed")?;
+        }
     }
     match request.corner {
         Corner::Sharp => Ok(()),

@@ -36,6 +36,7 @@ pub enum Command {
     CheckMode,
     Sleep,
     Password,
+    Fire,
 }
 
 /// Questions, answered whatever the machine waits for; `$X` is none, and must work at any time.
@@ -186,6 +187,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     .working().acts(),
     command("tune_driver", Command::TuneDriver, "axis [mm/s ...]", "measure which stallGuard threshold a motor is to have: its axis moves over its travel")
         .working().acts(),
+    command("fire", Command::Fire, "percent [ms] | off | status", "laser on at rest: a second where no ms say how long, a minute at most; any line ends it")
+        .working().acts(),
     command("gpio", Command::Gpio, "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working().acts(),
     command("break", Command::Break, "", "stop for a debugger; without one, the last events"),
     command("events", Command::Ask(Question::Events), "[count|all]", "what happened lately, before the last reset too, oldest first"),
@@ -211,7 +214,6 @@ pub const COMMANDS: &[CommandInfo] = &[
 
 /// Commands of Smoothieware v2 whose part of the machine is missing so far, with that part or a substitute.
 const LATER: &[(&str, &str)] = &[
-    ("fire", "the laser (not there yet)"),
     ("ntp", "the network (not there yet)"),
     ("qspi", "the QSPI flash (not there yet)"),
     ("rpm", "a spindle's encoder (not there yet)"),

@@ -146,7 +146,8 @@ impl Interpreter {
             // wrong.
             return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
         }
-        if Spindle::of(code).is_some_and(|spindle| spindle.is_against(self.modal.auxiliary.spindle)) {
+        let reverses = Spindle::of(code).is_some_and(|spindle| spindle.is_against(self.modal.auxiliary.spindle));
+        if reverses && self.setup.laser.is_none() {
             self.switch(Spindle::Stopped.code());
         }
         if is_fan(context) && !words.has('S') && context.dialect.takes_shares() {

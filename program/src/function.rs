@@ -33,7 +33,11 @@ impl Function {
             Self::Limit(_) | Self::Setting(_) | Self::Report(_) | Self::File(_) => false,
             Self::Standing(Standing::PressureAdvance) => words.has('K') || words.has('S') || words.has('W'),
             Self::Standing(
-                Standing::StepsPerMm | Standing::Microsteps | Standing::StealthThresholds | Standing::InputShaping,
+                Standing::StepsPerMm
+                | Standing::Microsteps
+                | Standing::StealthThresholds
+                | Standing::InputShaping
+                | Standing::Laser,
             ) => !words.is_bare(),
             Self::Standing(
                 Standing::StealthMode
@@ -237,6 +241,8 @@ pub enum Standing {
     Microsteps,
     MotorPositions,
     HomeOffsetsFromHere,
+    /// M452, and M221 on a machine with a laser: scale and law of a laser's power.
+    Laser,
 }
 
 /// Functions that change where places of the program lie, all but what is measured for it: a dry run carries

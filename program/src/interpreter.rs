@@ -15,9 +15,10 @@ use crate::state::claims::{Claim, MOST_CLAIMS};
 use crate::state::left_out_objects::LeftOut;
 use crate::state::modal::{Modal, MotionMode, Saved};
 use crate::state::park::ParkPosition;
+use crate::state::pixels::Pixels;
 use crate::state::rotation::Rotations;
 use crate::state::saved_modes::SavedFrames;
-use crate::state::setup::{HeaterSetup, Setup};
+use crate::state::setup::{HeaterSetup, LaserSetup, Setup};
 use crate::state::splines::Splines;
 use crate::state::tool_table::ToolTable;
 use crate::state::tools::Tools;
@@ -58,6 +59,8 @@ pub struct Interpreter {
     pub(crate) left_out: Option<LeftOut>,
     pub(crate) effects: Deque<Effect, MOST_EFFECTS>,
     pub(crate) following: Deque<Action<'static>, FOLLOWING>,
+    /// Pixels that are left of the line of the last action.
+    pub(crate) pixels: Pixels,
     pub(crate) before: Before,
 }
 
@@ -102,6 +105,7 @@ impl Interpreter {
             left_out: None,
             effects: Deque::new(),
             following: Deque::new(),
+            pixels: Pixels::default(),
             before: Before::default(),
         }
     }
@@ -111,6 +115,7 @@ impl Interpreter {
     pub(crate) fn begin_block(&mut self) {
         self.effects.clear();
         self.following.clear();
+        self.pixels.clear();
         self.cycles.stop();
         let (e, retracted) = self.tools.active().map_or((0.0, None), |tool| (tool.e, tool.retracted));
         let (tool_offset, shift) = (self.modal.tool_offset, self.modal.shift);
@@ -159,6 +164,10 @@ impl Interpreter {
     pub fn next_action(&mut self) -> Option<Action<'static>> {
         if let Some(action) = self.following.pop_front() {
             return Some(action);
+        }
+        if !self.pixels.is_empty() {
+            self.before.position = self.position;
+            return self.next_pixel();
         }
         if self.cycles.is_done() {
             return None;
@@ -215,7 +224,7 @@ impl Interpreter {
     /// Whether nothing follows the action that was given last.
     #[must_use]
     pub fn is_last_action(&self) -> bool {
-        self.following.is_empty() && self.cycles.is_done()
+        self.following.is_empty() && self.cycles.is_done() && self.pixels.is_empty()
     }
 
     /// Returns positions, in order, whose path bounds the last block's remaining moves, all of them straight.
@@ -236,6 +245,38 @@ impl Interpreter {
         debug_assert!(fits, "a block has {FOLLOWING} more actions at most");
     }
 
+    /// Returns the S of moves, and whether their power follows the speed: S counts for a laser only between M3
+    /// or M4 and M5, in laser mode.
+    #[inline]
+    fn power_of_moves(&self) -> (f32, bool) {
+        let Some(laser) = self.setup.laser else { return (self.modal.power, false) };
+        let spindle = self.modal.auxiliary.spindle;
+        if !laser.is_laser_mode || spindle == Spindle::Stopped {
+            return (0.0, false);
+        }
+        (self.modal.power, laser.always_by_speed || spindle == Spindle::CounterClockwise)
+    }
+
+    /// Returns the move of the next pixel of a line, and moves the program's position to its end.
+    pub(crate) fn next_pixel<'b>(&mut self) -> Option<Action<'b>> {
+        let (power, target) = self.pixels.next()?;
+        (self.modal.power, self.modal.auxiliary.speed) = (power, Some(power));
+        Some(self.draw(target, Shape::Line { names_xy: true }, false))
+    }
+
+    /// Returns the laser, if there is one.
+    #[must_use]
+    pub const fn laser(&self) -> Option<LaserSetup> {
+        self.setup.laser
+    }
+
+    /// Sets laser mode, where there is a laser: whether moves have power.
+    pub fn set_laser_mode(&mut self, is_on: bool) {
+        if let Some(laser) = &mut self.setup.laser {
+            laser.is_laser_mode = is_on;
+        }
+    }
+
     /// Returns the move to a position, and moves the program's position there.
     // Not inlined, so that the action is built in the outer caller's place instead of being copied there.
     #[inline(never)]
@@ -246,7 +287,8 @@ impl Interpreter {
         };
         self.position = target;
         self.tools.moved(names_z);
-        Action::Move(Move { target, shape, rate, power: self.modal.power, corner: self.modal.corner })
+        let (power, power_by_speed) = self.power_of_moves();
+        Action::Move(Move { target, shape, rate, power, power_by_speed, corner: self.modal.corner })
     }
 
     /// Returns a straight rapid move, and moves the program's position to its end.
@@ -254,7 +296,8 @@ impl Interpreter {
         self.position = target;
         let rate = Rate::Rapid(self.modal.seek_rate);
         let shape = Shape::Line { names_xy: true };
-        Action::Move(Move { target, shape, rate, power: self.modal.power, corner: self.modal.corner })
+        let (power, power_by_speed) = self.power_of_moves();
+        Action::Move(Move { target, shape, rate, power, power_by_speed, corner: self.modal.corner })
     }
 
     /// Returns a move of one axis at its own rate, and moves the program's position to its end.
@@ -262,11 +305,14 @@ impl Interpreter {
         let mut target: PerAxis<f64> = self.position;
         target[axis] += by;
         self.position = target;
+        // Filament, and lifts of a retraction: nothing to burn by.
+        let power = if self.setup.laser.is_some() { 0.0 } else { self.modal.power };
         Action::Move(Move {
             target,
             shape: Shape::Line { names_xy: false },
             rate: Rate::Feed(rate),
-            power: self.modal.power,
+            power,
+            power_by_speed: false,
             corner: Corner::Sharp,
         })
     }
@@ -275,6 +321,7 @@ impl Interpreter {
     /// action.
     pub fn take_back(&mut self) {
         self.following.clear();
+        self.pixels.clear();
         self.cycles.take_back();
         let Before { position, tool_offset, shift, thermal_z, e, retracted } = self.before;
         self.position = position;
@@ -294,6 +341,7 @@ impl Interpreter {
             left_out.take_place();
         }
         self.following.clear();
+        self.pixels.clear();
         self.cycles.stop();
         self.position = position;
     }
@@ -306,6 +354,7 @@ impl Interpreter {
     /// Stops the program for good, after the operator's halt or a fault.
     pub fn halt(&mut self) {
         self.following.clear();
+        self.pixels.clear();
         self.left_out = None;
         self.flow.reset();
         self.frames.clear();

@@ -69,7 +69,8 @@ pub use state::cycle::{Cycle, Retract};
 pub use state::modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
 pub use state::park::ParkPosition;
 pub use state::setup::{
-    CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
+    CycleSetup, HeaterSetup, IoKind, IoSetup, LaserSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup,
+    ToolSettings,
 };
 pub use state::tool_table::{MOST_TOOLS, ToolEntry, ToolLineFlaw, ToolTable};
 pub use state::tools::{MAX_TOOLS, Tool, Tools};

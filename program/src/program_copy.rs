@@ -32,6 +32,7 @@ pub fn copy_program(program: &mut Interpreter, other: &Interpreter) {
         left_out,
         effects,
         following,
+        pixels,
         before,
     } = program;
     copy(modal, &other.modal);
@@ -55,5 +56,6 @@ pub fn copy_program(program: &mut Interpreter, other: &Interpreter) {
     copy(left_out, &other.left_out);
     copy(effects, &other.effects);
     copy(following, &other.following);
+    copy(pixels, &other.pixels);
     copy(before, &other.before);
 }

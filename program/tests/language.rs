@@ -10,8 +10,8 @@
 use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
 use program::extended::{Asked, CodeLine, NamedSwitch, Names, translate};
 use program::{
-    Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, Meaning, Next, Place,
-    PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
+    Action, Claim, CycleSetup, Dialect, Facts, HeaterSetup, Interpreter, IoKind, IoSetup, LaserSetup, Meaning, Next,
+    Place, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
 };
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
@@ -93,6 +93,10 @@ impl Session {
                     assert!(setup.claims.add(Code::m(code), claim));
                 }
                 self.interpreter = Interpreter::new(setup);
+            }
+            ("laser", "") => {
+                let laser = Some(LaserSetup { is_laser_mode: true, always_by_speed: false, default_s: 0.0 });
+                self.interpreter = Interpreter::new(Setup { laser, tools: heapless::Vec::new(), ..setup() });
             }
             ("servos", "") => {
                 let mut setup = setup();
@@ -397,6 +401,7 @@ pages! {
     feed_modes
     flow
     homing
+    laser
     mills
     moves
     offsets

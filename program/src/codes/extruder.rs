@@ -5,7 +5,7 @@ use gcode::Code;
 use super::row::{CodeInfo, Group, Waits};
 use crate::function::{Function, Report, Sequence};
 use crate::meaning::{extruders, offsets};
-use crate::word::Bounds::{Above, AtLeast, Whole};
+use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
 const TOOL_WORD: WordInfo = word('P', Unit::Number, "of this tool; of the one in use where it is left out");
@@ -47,16 +47,16 @@ pub const ROWS: &[CodeInfo] = &[
         Code::m(221),
         extruders::flow,
         Function::Report(Report::FlowFactor),
-        "scale the flow of what is extruded from now on",
+        "scale the flow of what is extruded from now on, or the power of a laser",
     )
     .takes(&[
         word('S', Unit::Percent, "factor").bounds(&Above(0.0)),
         TOOL_WORD,
         word('T', Unit::Number, "the same as P"),
         word('D', Unit::Number, "the same as P"),
-        word('R', Unit::Number, "frequency of a laser; refused: there is no laser yet"),
+        word('R', Unit::Number, "frequency of the laser's duty, Hz").bounds(&Within(4.0, 50_000.0)),
     ])
-    .differs("on a machine with a laser its power too"),
+    .differs("on a machine with extruders and a laser the power of the laser too; with a laser alone P1 as there"),
     filament_detector(404, "how the filament detector looks, and how thick filament is; without words, say it")
         .takes(&[
             word('S', Unit::Seconds, "time between looks").bounds(&Above(0.0)),

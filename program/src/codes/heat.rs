@@ -4,7 +4,8 @@
 use gcode::Code;
 
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
-use crate::function::{Function, Report, Sequence, Setting};
+use crate::fault::Part;
+use crate::function::{Function, Report, Sequence, Setting, Standing};
 use crate::meaning::{printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -131,21 +132,43 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .waits(Waits::Result)
     .differs("finds gains of Ziegler and Nichols, which overshoot, and doubles them"),
-    CodeInfo::means(Code::m(3), spindle::power, "spindle or laser on with the S in force, where [switch] says so")
-        .takes(&[word('S', Unit::Number, "speed or power from now on")])
-        .group(Group::Spindle)
-        .waits(Waits::Path)
-        .differs("the S of its own line, else default_on_value"),
-    CodeInfo::means(Code::m(4), spindle::power, "spindle on the other way with the S in force, where [switch] says so")
-        .takes(&[word('S', Unit::Number, "speed or power from now on")])
-        .group(Group::Spindle)
-        .waits(Waits::Path)
-        .needed()
-        .differs("not known"),
-    CodeInfo::means(Code::m(5), spindle::power, "spindle or laser off, where [switch] says so; S stays for M3")
+    CodeInfo::means(
+        Code::m(3),
+        spindle::power,
+        "spindle on with the S in force, where [switch] says so; laser: constant power",
+    )
+    .takes(&[word('S', Unit::Number, "speed or power from now on")])
+    .group(Group::Spindle)
+    .waits(Waits::Path)
+    .part(Part::Laser)
+    .differs("the S of its own line, else default_on_value; a laser burns without M3"),
+    CodeInfo::means(
+        Code::m(4),
+        spindle::power,
+        "spindle on the other way, where [switch] says so; laser: power by the speed",
+    )
+    .takes(&[word('S', Unit::Number, "speed or power from now on")])
+    .group(Group::Spindle)
+    .waits(Waits::Path)
+    .part(Part::Laser)
+    .needed()
+    .differs("not known"),
+    CodeInfo::means(Code::m(5), spindle::power, "spindle off, where [switch] says so, or laser; S stays for M3")
         .group(Group::Spindle)
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(
+        Code::m(452),
+        Function::Standing(Standing::Laser),
+        "laser: which S is full power, and whether moves have power; without words, say it",
+    )
+    .takes(&[
+        word('S', Unit::Number, "1: moves have power; 0: S is the power at rest, for a minute at most"),
+        word('R', Unit::Number, "the S of full power").bounds(&Within(0.001, 1e6)),
+        word('L', Unit::Number, "the S of the least power").bounds(&AtLeast(0.0)),
+    ])
+    .part(Part::Laser)
+    .differs("not known"),
     CodeInfo::means(Code::m(7), spindle::coolant, "mist on, where [switch] says so").waits(Waits::Path),
     CodeInfo::means(Code::m(8), spindle::coolant, "flood on, where [switch] says so").waits(Waits::Path),
     CodeInfo::means(Code::m(9), spindle::coolant, "coolant off, where [switch] says so")

@@ -196,7 +196,14 @@ impl Holes {
             let names_xy = target[Axis::X] != self.at[Axis::X] || target[Axis::Y] != self.at[Axis::Y];
             self.at = target;
             let shape = Shape::Line { names_xy };
-            return Some(Next::Action(Action::Move(Move { target, shape, rate, power, corner })));
+            return Some(Next::Action(Action::Move(Move {
+                target,
+                shape,
+                rate,
+                power,
+                power_by_speed: false,
+                corner,
+            })));
         }
         None
     }

@@ -133,7 +133,14 @@ impl Passes {
             };
             self.at = target;
             let (shape, power) = (Shape::Line { names_xy: true }, self.thread.power);
-            return Some(Action::Move(Move { target, shape, rate, power, corner: Corner::Sharp }));
+            return Some(Action::Move(Move {
+                target,
+                shape,
+                rate,
+                power,
+                power_by_speed: false,
+                corner: Corner::Sharp,
+            }));
         }
         None
     }

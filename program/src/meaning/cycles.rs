@@ -243,7 +243,7 @@ fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series)
         rates: Rates {
             rapid: Rate::Rapid(modal.seek_rate),
             feed: Rate::Feed(modal.feed_rate),
-            power: modal.power,
+            power: if program.setup.laser.is_some() { 0.0 } else { modal.power },
             // Cycles follow their path exactly.
             corner: if modal.corner == Corner::Stop { Corner::Stop } else { Corner::Sharp },
         },

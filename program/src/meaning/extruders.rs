@@ -3,8 +3,10 @@
 use gcode::NO_TOOL;
 use units::Axis;
 
+use crate::action::Action;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
+use crate::function::{Function, Standing};
 use crate::interpreter::Interpreter;
 use crate::words::{MM_PER_INCH, Words};
 
@@ -152,8 +154,11 @@ pub(crate) fn flow_limit<'b>(program: &mut Interpreter, context: &Context<'b>) -
     Ok(context.function())
 }
 
-/// M221: sets the flow factor.
+/// M221: sets the flow factor, or how a laser's power is scaled on a machine without extruders.
 pub(crate) fn flow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    if program.setup.laser.is_some() && !program.tools.has_extruders() {
+        return Ok(Meaning::Action(Action::Function(Function::Standing(Standing::Laser), context.words)));
+    }
     if context.words.has('R') {
         return Err(Problem::Needs(context.words.code(), "a laser").refused(context.words.column_of('R')));
     }

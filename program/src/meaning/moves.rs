@@ -8,6 +8,7 @@ use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{arcs, extruders, feed_modes, spindle, splines};
 use crate::state::modal::{FeedMode, MotionMode};
+use crate::state::pixels::Pixels;
 use crate::words::Words;
 use gcode::Dialect;
 
@@ -72,10 +73,30 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
     if stands {
         return NOTHING;
     }
+    if let Some(list) = words.text() {
+        return pixels(program, words, list, &target);
+    }
     if let Some((most, fed)) = slowest {
         return Ok(Meaning::Action(draw_within_flow(program, target, shape, words.has('Z'), (most, fed))));
     }
     Ok(Meaning::Action(program.draw(target, shape, words.has('Z'))))
+}
+
+/// Draws a line in pixels, whose powers follow that of S (`S0.8:0:0.5`).
+#[cold]
+fn pixels<'b>(
+    program: &mut Interpreter,
+    words: &Words<'_>,
+    list: &str,
+    target: &PerAxis<f64>,
+) -> Result<Meaning<'b>, Fault> {
+    let modal = &program.modal;
+    let is_feed = modal.motion == MotionMode::Linear && modal.feed_mode == FeedMode::PerMinute;
+    let pixels = Pixels::new(modal.power, list, &program.position, target);
+    let pixels = pixels.filter(|_| is_feed && program.setup.laser.is_some());
+    program.pixels = pixels.ok_or(Problem::Pixels.refused(words.column_of('S')))?;
+    let first = program.next_pixel();
+    Ok(first.map_or(Meaning::Nothing, Meaning::Action))
 }
 
 /// Returns a move that feeds this volume of filament, mm3, with the rate limited so that the flow stays

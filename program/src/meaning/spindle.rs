@@ -19,14 +19,16 @@ pub(crate) fn set_speed(program: &mut Interpreter, speed: f32) {
     }
 }
 
-/// M3, M4 and M5: sets the spindle's direction, and the S of later moves. Outputs that listen to the codes
-/// have already been switched.
+/// M3, M4 and M5: sets the spindle's direction, or the law of a laser's power, and the S of later moves.
+/// Outputs that listen to the codes have already been switched. Nothing waits for that: a laser's power is
+/// the moves' own.
 pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
     if context.words.get('S').is_some_and(|speed| speed < 0.0) {
         return Err(Problem::NegativeSpeed.refused(context.words.column_of('S')));
     }
-    let listens = |code| program.setup.claims.of(code).next().is_some();
+    let laser = program.setup.laser;
+    let listens = |code| laser.is_some() || program.setup.claims.of(code).next().is_some();
     if code.number == 4 && !listens(code) {
         let turns = listens(Code::m(3));
         return if turns { Err(Problem::NoReverse.refused(context.words.column())) } else { Ok(Meaning::Unknown) };
@@ -34,6 +36,7 @@ pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Res
     let modes = &mut program.modal.auxiliary;
     modes.spindle = Spindle::of(code).unwrap_or_default();
     modes.speed = context.words.get('S').map(|speed| speed as f32).or(modes.speed);
+    modes.speed = modes.speed.or(laser.map(|laser| laser.default_s));
     // M5 keeps S for the next M3; moves behind M5 have no power.
     program.modal.power = if modes.spindle == Spindle::Stopped { 0.0 } else { modes.speed.unwrap_or(0.0) };
     NOTHING

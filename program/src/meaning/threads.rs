@@ -43,7 +43,7 @@ pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     program.position = target;
     let shape = Shape::Line { names_xy: words.has('X') || words.has('Y') };
     let (rate, power) = (Rate::PerRevolution(pitch), program.modal.power);
-    Ok(Meaning::Action(Action::Move(Move { target, shape, rate, power, corner: Corner::Sharp })))
+    Ok(Meaning::Action(Action::Move(Move { target, shape, rate, power, power_by_speed: false, corner: Corner::Sharp })))
 }
 
 /// Checks the conditions common to all moves that follow the spindle.
@@ -126,7 +126,7 @@ fn thread(program: &Interpreter, words: &Words<'_>) -> Result<Thread, Fault> {
         taper_in: tapers & 1 != 0,
         taper_out: tapers & 2 != 0,
         rapid: Rate::Rapid(modal.seek_rate),
-        power: modal.power,
+        power: if program.setup.laser.is_some() { 0.0 } else { modal.power },
         auxiliary: modal.auxiliary,
     })
 }

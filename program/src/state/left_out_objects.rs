@@ -221,7 +221,14 @@ impl Way {
             self.at = to;
             let shape = Shape::Line { names_xy: true };
             // There is room for all moves: filament twice, up, over, down.
-            let _ = self.moves.push(Move { target: to, shape, rate, power: 0.0, corner: Corner::Sharp });
+            let _ = self.moves.push(Move {
+                target: to,
+                shape,
+                rate,
+                power: 0.0,
+                power_by_speed: false,
+                corner: Corner::Sharp,
+            });
         }
     }
 

@@ -6,6 +6,7 @@ pub(crate) mod cycle;
 pub(crate) mod left_out_objects;
 pub(crate) mod modal;
 pub(crate) mod park;
+pub(crate) mod pixels;
 pub(crate) mod rotation;
 pub(crate) mod saved_modes;
 pub(crate) mod setup;

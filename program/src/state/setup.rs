@@ -37,6 +37,8 @@ pub struct Setup {
     pub is_preview: bool,
     /// Capabilities of the spindle.
     pub spindle: SpindleSetup,
+    /// Laser; `None` without one, and S and M3 to M5 are the spindle's alone.
+    pub laser: Option<LaserSetup>,
     /// Settings of canned cycles.
     pub cycles: CycleSetup,
     /// Whether G30 parks at the second park position in GRBL's dialect (`nist_G30`).
@@ -124,6 +126,17 @@ pub struct SpindleSetup {
     pub has_encoder: bool,
     /// Whether spindle speed can follow the radius (G96).
     pub has_speed_control: bool,
+}
+
+/// Laser, as codes use it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LaserSetup {
+    /// Laser mode (`$32`): moves have power. Otherwise they have none, and S is the power at rest.
+    pub is_laser_mode: bool,
+    /// Whether M3's power follows the speed along the path, as M4's always does.
+    pub always_by_speed: bool,
+    /// S until the program sets it.
+    pub default_s: f32,
 }
 
 /// Temperature control, as codes address it.
