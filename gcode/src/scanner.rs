@@ -5,7 +5,7 @@ use crate::error::{Problem, SyntaxError, column};
 use crate::expression::{self, NoParameters, Parameters, Reader};
 use crate::number::{self, Flaw};
 use crate::plain_words::read_plain_words;
-use crate::text_value::{comment, string_or_list};
+use crate::text_value::{comment, powers, string_or_list};
 
 /// M-codes whose argument is text, kept as it stands.
 ///
@@ -160,7 +160,7 @@ impl<'a> Blocks<'a> {
             let letter = match self.next_word(parameters) {
                 Ok(Some(letter)) => letter,
                 Ok(None) => break,
-                Err(_) if self.takes_powers(block) || self.skips_string_or_list(block) => continue,
+                Err(_) if self.skips_string_or_list(block) => continue,
                 Err(error) => return Err(error),
             };
             if matches!(letter, b'G' | b'M') {
@@ -173,24 +173,12 @@ impl<'a> Blocks<'a> {
         Ok(true)
     }
 
-    /// Takes the powers behind the first one of a move's S, `S0.8:0:0.5`, as the block's text.
-    #[cold]
-    fn takes_powers(&mut self, block: &mut Block<'a>) -> bool {
-        let moves = block.code.is_none_or(|code| code.letter == Letter::G && code.number <= 3);
-        let from = usize::from(block.column_of('S'));
-        let is_power = self.line.get(from..self.at).is_some_and(|text| text.iter().all(|byte| number::starts(*byte)));
-        let list = self.rest();
-        let length = list.iter().take_while(|byte| **byte == b':' || number::starts(**byte)).count();
-        if !moves || !block.has('S') || !is_power || list.first() != Some(&b':') {
-            return false;
-        }
-        block.text = list.get(..length).and_then(|list| core::str::from_utf8(list).ok());
-        self.at += length;
-        block.text.is_some()
-    }
-
-    /// Passes over what goes on with the value of a code: see [`string_or_list`].
+    /// Passes over what goes on with the value of a code, or takes it: see [`string_or_list`] and [`powers`].
     fn skips_string_or_list(&mut self, block: &mut Block<'a>) -> bool {
+        if let Some(list) = powers(self.line, self.at, block) {
+            (block.text, self.at) = (Some(list), self.at + list.len());
+            return true;
+        }
         // RepRapFirmware's G29 S1 P"name" as well.
         let may_have = block.code.is_some_and(|code| code.letter == Letter::M || code == Code::g(29));
         let Some((length, text)) = string_or_list(self.rest()).filter(|_| may_have) else { return false };

@@ -1,6 +1,7 @@
 //! Values of words that are no numbers: RepRapFirmware's strings, `P"zvd"`, and lists, `E400:400`, in M-codes
 //! and in G29; and the texts of codes that take one.
 
+use crate::block::{Block, Letter};
 use crate::number;
 
 /// Returns the length and the text of a value that is a string or a list. Of a list the first number counts,
@@ -14,6 +15,16 @@ pub(crate) fn string_or_list(rest: &[u8]) -> Option<(usize, Option<&str>)> {
         [b':', list @ ..] => Some((1 + list.iter().take_while(|byte| number::starts(**byte)).count(), None)),
         _ => None,
     }
+}
+
+/// Returns the powers at an offset of the line, behind the first one of a move's S: `:0:0.5` of `S0.8:0:0.5`.
+pub(crate) fn powers<'a>(line: &'a [u8], at: usize, block: &Block<'_>) -> Option<&'a str> {
+    let moves = block.code.is_none_or(|code| code.letter == Letter::G && code.number <= 3);
+    let first = line.get(usize::from(block.column_of('S'))..at)?;
+    let is_power = moves && block.has('S') && first.iter().all(|byte| number::starts(*byte));
+    let list = line.get(at..).filter(|list| is_power && list.first() == Some(&b':'))?;
+    let length = list.iter().take_while(|byte| **byte == b':' || number::starts(**byte)).count();
+    core::str::from_utf8(list.get(..length)?).ok()
 }
 
 /// Returns the beginning of a comment in a text; in a string of RepRapFirmware, `S"a; b"`, a `;` is a

@@ -119,6 +119,10 @@ impl Interpreter {
     /// Returns the value for a switch: S, or P where P is the pulse width in microseconds. An output on a
     /// timer takes percent.
     fn value_for(&self, switch: SwitchId, context: &Context<'_>) -> Option<f32> {
+        // S is the laser's power: what else M3 turns on, such as air, is on.
+        if self.setup.laser.is_some() && Spindle::of(context.words.code()).is_some() {
+            return None;
+        }
         let word = |letter| context.words.get(letter).map(|value| value as f32);
         let is_fan = is_fan(context);
         let pulses = self.setup.pulses.iter().find(|pulses| pulses.switch == switch);
@@ -145,6 +149,11 @@ impl Interpreter {
             // Without S, the other words set a fan up or restore an earlier speed, so full speed would be
             // wrong.
             return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
+        }
+        // A sender of laser jobs may write M4 in front of each line: what is on stays on.
+        let now = self.modal.auxiliary.spindle;
+        if self.setup.laser.is_some() && now != Spindle::Stopped && Spindle::of(code) == Some(now) {
+            return Ok(None);
         }
         let reverses = Spindle::of(code).is_some_and(|spindle| spindle.is_against(self.modal.auxiliary.spindle));
         if reverses && self.setup.laser.is_none() {

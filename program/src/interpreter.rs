@@ -5,20 +5,21 @@ use gcode::Code;
 use heapless::{Deque, Vec};
 use units::{Axis, ControlPoint, MmPerSecond, PerAxis};
 
-use crate::action::{Action, Corner, Effect, Move, Rate, Shape};
+use crate::action::{Action, Effect, Move, Rate, Shape};
 use crate::cycles::holes::Next;
 use crate::cycles::{Cycles, LeftHole, Series, ToCome};
 use crate::flow::Flow;
 use crate::flow::memory::Memory;
 use crate::state::auxiliary::Spindle;
 use crate::state::claims::{Claim, MOST_CLAIMS};
+use crate::state::kept::{Before, Kept};
 use crate::state::left_out_objects::LeftOut;
 use crate::state::modal::{Modal, MotionMode, Saved};
 use crate::state::park::ParkPosition;
 use crate::state::pixels::Pixels;
 use crate::state::rotation::Rotations;
 use crate::state::saved_modes::SavedFrames;
-use crate::state::setup::{HeaterSetup, LaserSetup, Setup};
+use crate::state::setup::{HeaterSetup, Setup};
 use crate::state::splines::Splines;
 use crate::state::tool_table::ToolTable;
 use crate::state::tools::Tools;
@@ -62,18 +63,6 @@ pub struct Interpreter {
     /// Pixels that are left of the line of the last action.
     pub(crate) pixels: Pixels,
     pub(crate) before: Before,
-}
-
-/// State before the last block's moves, to be restored if the machine refuses them.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Before {
-    position: PerAxis<f64>,
-    tool_offset: [f64; 3],
-    shift: [f64; 3],
-    thermal_z: f64,
-    /// E of the active tool, and the lift of Z if the tool is retracted.
-    e: f64,
-    retracted: Option<f64>,
 }
 
 impl Interpreter {
@@ -236,6 +225,10 @@ impl Interpreter {
                 let _ = places.push(request.target);
             }
         }
+        if let Some(end) = self.pixels.end() {
+            // Nor both pixels and any of these.
+            let _ = places.push(end);
+        }
         places
     }
 
@@ -243,38 +236,6 @@ impl Interpreter {
     pub(crate) fn then(&mut self, action: Action<'static>) {
         let fits = self.following.push_back(action).is_ok();
         debug_assert!(fits, "a block has {FOLLOWING} more actions at most");
-    }
-
-    /// Returns the S of moves, and whether their power follows the speed: S counts for a laser only between M3
-    /// or M4 and M5, in laser mode.
-    #[inline]
-    fn power_of_moves(&self) -> (f32, bool) {
-        let Some(laser) = self.setup.laser else { return (self.modal.power, false) };
-        let spindle = self.modal.auxiliary.spindle;
-        if !laser.is_laser_mode || spindle == Spindle::Stopped {
-            return (0.0, false);
-        }
-        (self.modal.power, laser.always_by_speed || spindle == Spindle::CounterClockwise)
-    }
-
-    /// Returns the move of the next pixel of a line, and moves the program's position to its end.
-    pub(crate) fn next_pixel<'b>(&mut self) -> Option<Action<'b>> {
-        let (power, target) = self.pixels.next()?;
-        (self.modal.power, self.modal.auxiliary.speed) = (power, Some(power));
-        Some(self.draw(target, Shape::Line { names_xy: true }, false))
-    }
-
-    /// Returns the laser, if there is one.
-    #[must_use]
-    pub const fn laser(&self) -> Option<LaserSetup> {
-        self.setup.laser
-    }
-
-    /// Sets laser mode, where there is a laser: whether moves have power.
-    pub fn set_laser_mode(&mut self, is_on: bool) {
-        if let Some(laser) = &mut self.setup.laser {
-            laser.is_laser_mode = is_on;
-        }
     }
 
     /// Returns the move to a position, and moves the program's position there.
@@ -287,8 +248,7 @@ impl Interpreter {
         };
         self.position = target;
         self.tools.moved(names_z);
-        let (power, power_by_speed) = self.power_of_moves();
-        Action::Move(Move { target, shape, rate, power, power_by_speed, corner: self.modal.corner })
+        Action::Move(self.by_modes(target, shape, rate))
     }
 
     /// Returns a straight rapid move, and moves the program's position to its end.
@@ -296,25 +256,19 @@ impl Interpreter {
         self.position = target;
         let rate = Rate::Rapid(self.modal.seek_rate);
         let shape = Shape::Line { names_xy: true };
-        let (power, power_by_speed) = self.power_of_moves();
-        Action::Move(Move { target, shape, rate, power, power_by_speed, corner: self.modal.corner })
+        Action::Move(self.by_modes(target, shape, rate))
     }
 
-    /// Returns a move of one axis at its own rate, and moves the program's position to its end.
-    pub(crate) fn move_by<'b>(&mut self, axis: Axis, by: f64, rate: MmPerSecond) -> Action<'b> {
-        let mut target: PerAxis<f64> = self.position;
-        target[axis] += by;
-        self.position = target;
-        // Filament, and lifts of a retraction: nothing to burn by.
-        let power = if self.setup.laser.is_some() { 0.0 } else { self.modal.power };
-        Action::Move(Move {
-            target,
-            shape: Shape::Line { names_xy: false },
-            rate: Rate::Feed(rate),
-            power,
-            power_by_speed: false,
-            corner: Corner::Sharp,
-        })
+    fn by_modes(&self, target: PerAxis<f64>, shape: Shape, rate: Rate) -> Move {
+        let (power, power_by_speed) = self.setup.power_of_moves(&self.modal);
+        Move { target, shape, rate, power, power_by_speed, corner: self.modal.corner }
+    }
+
+    /// Returns the move of the next pixel of a line, and moves the program's position to its end.
+    pub(crate) fn next_pixel<'b>(&mut self) -> Option<Action<'b>> {
+        let (power, target) = self.pixels.next()?;
+        (self.modal.power, self.modal.auxiliary.speed) = (power, Some(power));
+        Some(self.draw(target, Shape::Line { names_xy: true }, false))
     }
 
     /// Takes back the last action, which the machine refused: the program's position is again that before the
@@ -536,14 +490,4 @@ impl Interpreter {
     pub const fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
         self.last_probe = (place, found);
     }
-}
-
-/// Modes, extruder and E of a program, to be restored after a person has worked at the machine.
-#[derive(Clone, Debug)]
-pub struct Kept {
-    pub(crate) modal: Modal,
-    pub(crate) series: Series,
-    /// Place of the extruder in use.
-    pub(crate) tool: usize,
-    pub(crate) e: f64,
 }

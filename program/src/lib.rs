@@ -26,6 +26,7 @@ mod file_start;
 mod flow;
 mod function;
 mod interpreter;
+pub mod laser;
 mod lights;
 mod meaning;
 mod named_parameters;
@@ -54,7 +55,7 @@ pub use file_start::{BEGINNING_BYTES, begin_again, beginning, set_flow, standing
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
 pub use function::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing};
 pub use gcode::{Dialect, Dialects};
-pub use interpreter::{Interpreter, Kept};
+pub use interpreter::Interpreter;
 pub use lights::{LightChange, Lights};
 pub use meaning::objects;
 pub use meaning::printers::said_by_m118;
@@ -66,6 +67,7 @@ pub use script_modes::{OperatorModes, ScriptModes};
 pub use state::auxiliary::{Auxiliary, Spindle};
 pub use state::claims::{Claim, Claims};
 pub use state::cycle::{Cycle, Retract};
+pub use state::kept::Kept;
 pub use state::modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
 pub use state::park::ParkPosition;
 pub use state::setup::{

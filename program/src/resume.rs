@@ -2,8 +2,9 @@
 
 use units::{Axis, PerAxis, ToolId};
 
-use crate::interpreter::{Interpreter, Kept};
+use crate::interpreter::Interpreter;
 use crate::meaning::modes;
+use crate::state::kept::Kept;
 
 /// Rounding tolerance of positions, mm.
 const NOTHING: f64 = 1e-9;

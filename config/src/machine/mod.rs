@@ -135,6 +135,12 @@ impl MachineConfig {
         self.led_strips.iter().find(|strip| strip.enable && strip.switches.iter().any(|name| name == switch))
     }
 
+    /// Returns whether the timer of PWM1 or PWM2 (1, 2) serves the laser and so can do nothing else.
+    #[must_use]
+    pub fn timer_burns(&self, timer: u8) -> bool {
+        self.laser.enable && self.laser.pwm_pin.is_some_and(|pin| pin.timer == timer)
+    }
+
     /// Returns whether the timer of PWM1 or PWM2 (1, 2) sends data to strips and so can do nothing else.
     #[must_use]
     pub fn timer_sends(&self, timer: u8) -> bool {

@@ -56,11 +56,10 @@ settings! {
         "on_delay" on_delay_us: f64 = number("0", DELAY).unit("us").velvet();
         /// The output goes off so much later than the path says; negative: earlier.
         "off_delay" off_delay_us: f64 = number("0", DELAY).unit("us").velvet();
-        /// What the laser makes of a duty, as duty and power, each from 0 to 1 and ascending:
-        /// 0.1,0 0.5,0.3 1,1. Empty: power is proportional to the duty.
+        /// What the laser makes of a duty, as duty and power, each from 0 to 1 and ascending, the duty
+        /// counted from minimum_power to maximum_power: 0.1,0 0.5,0.3 1,1. Empty: power is proportional to
+        /// the duty.
         power_table: Vec<[f64; 2], MAX_POWER_POINTS> = places(MAX_POWER_POINTS).unit("fraction").velvet();
-        /// Most power of a jog ($J) while M3 is in force, to show where a job will be. 0: jogs are dark.
-        framing_power: f32 = number("0", &(0.0, 0.2)).unit("fraction").velvet();
         /// Names of inputs of [switch], with commas between, up to four: a lid, a flow of water. While one is
         /// on, the beam is locked, a moving machine holds, and no job starts. Wire each so that a broken wire
         /// is on.

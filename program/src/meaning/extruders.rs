@@ -1,9 +1,9 @@
 //! Extruders: tool selection (T), firmware retraction, and their settings.
 
 use gcode::NO_TOOL;
-use units::Axis;
+use units::{Axis, MmPerSecond};
 
-use crate::action::Action;
+use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
 use crate::function::{Function, Standing};
@@ -36,12 +36,21 @@ pub(crate) fn retract<'b>(program: &mut Interpreter) -> Result<Meaning<'b>, Faul
     }
     tool.retracted = Some(tool.settings.z_lift);
     let settings = tool.settings.clone();
-    let pull = program.move_by(settings.axis, -settings.retract_length, settings.retract_rate);
+    let pull = move_by(program, settings.axis, -settings.retract_length, settings.retract_rate);
     if settings.z_lift > 0.0 {
-        let lift = program.move_by(Axis::Z, settings.z_lift, settings.z_lift_rate);
+        let lift = move_by(program, Axis::Z, settings.z_lift, settings.z_lift_rate);
         program.then(lift);
     }
     Ok(Meaning::Action(pull))
+}
+
+/// Returns a move of one axis at its own rate, and moves the program's position to its end.
+fn move_by<'b>(program: &mut Interpreter, axis: Axis, by: f64, rate: MmPerSecond) -> Action<'b> {
+    program.position[axis] += by;
+    // Filament, and lifts of a retraction: nothing to burn by.
+    let power = if program.setup.laser.is_some() { 0.0 } else { program.modal.power };
+    let (target, shape, rate) = (program.position, Shape::Line { names_xy: false }, Rate::Feed(rate));
+    Action::Move(Move { target, shape, rate, power, power_by_speed: false, corner: Corner::Sharp })
 }
 
 /// G11: lowers the tool, then pushes the filament forward.
@@ -52,12 +61,12 @@ pub(crate) fn recover<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<
     let settings = tool.settings.clone();
     let length = settings.retract_length + settings.recover_length;
     if lift > 0.0 {
-        let down = program.move_by(Axis::Z, -lift, settings.z_lift_rate);
-        let push = program.move_by(settings.axis, length, settings.recover_rate);
+        let down = move_by(program, Axis::Z, -lift, settings.z_lift_rate);
+        let push = move_by(program, settings.axis, length, settings.recover_rate);
         program.then(push);
         return Ok(Meaning::Action(down));
     }
-    Ok(Meaning::Action(program.move_by(settings.axis, length, settings.recover_rate)))
+    Ok(Meaning::Action(move_by(program, settings.axis, length, settings.recover_rate)))
 }
 
 /// Returns the E word: mm of filament or mm3, also after G20; other printer firmwares use inches then.

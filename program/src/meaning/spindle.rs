@@ -10,11 +10,11 @@ use crate::interpreter::Interpreter;
 use crate::state::auxiliary::Spindle;
 
 /// Sets S for moves and for the spindle. A turning spindle changes speed at the current end of the path,
-/// without a stop of motion.
+/// without a stop of motion. Beside a laser S is the power of moves alone.
 pub(crate) fn set_speed(program: &mut Interpreter, speed: f32) {
     (program.modal.power, program.modal.auxiliary.speed) = (speed, Some(speed));
     let spindle = program.modal.auxiliary.spindle;
-    if spindle != Spindle::Stopped {
+    if spindle != Spindle::Stopped && program.setup.laser.is_none() {
         program.switch(spindle.code());
     }
 }

@@ -9,8 +9,9 @@ use units::{HeaterId, SwitchId};
 
 /// Most claims of one code: every switch, every heater and every rule may listen to the code.
 pub(crate) const MOST_CLAIMS: usize = 16 + units::MAX_HEATERS + MOST_RULES;
-/// Most claims in all: three codes of each heater and of each switch, one of each rule.
-const MOST: usize = 3 * units::MAX_HEATERS + 3 * 16 + MOST_RULES;
+/// Most claims in all: three codes of each heater and of each switch, one of each rule, three of a laser's
+/// air.
+const MOST: usize = 3 * units::MAX_HEATERS + 3 * 16 + MOST_RULES + 3;
 /// Most rules that codes arm.
 const MOST_RULES: usize = 8;
 

@@ -3,6 +3,7 @@
 pub(crate) mod auxiliary;
 pub(crate) mod claims;
 pub(crate) mod cycle;
+pub(crate) mod kept;
 pub(crate) mod left_out_objects;
 pub(crate) mod modal;
 pub(crate) mod park;

@@ -37,6 +37,11 @@ impl Pixels {
         self.powers.is_empty()
     }
 
+    /// Returns the end of the line, while a pixel is left.
+    pub(crate) fn end(&self) -> Option<PerAxis<f64>> {
+        (!self.is_empty()).then_some(self.end)
+    }
+
     /// Forgets what is left.
     pub(crate) fn clear(&mut self) {
         self.powers.clear();

@@ -5,7 +5,9 @@ use units::{Celsius, MmPerSecond, SwitchId, ToolId};
 
 pub use units::{CycleSetup, ServoSetup, ToolSettings};
 
+use crate::state::auxiliary::Spindle;
 use crate::state::claims::Claims;
+use crate::state::modal::Modal;
 use crate::state::tools::MAX_TOOLS;
 
 /// Machine configuration as the interpreter sees it.
@@ -50,6 +52,17 @@ impl Setup {
     pub(crate) fn value_of_s(&self, switch: SwitchId, s: f32) -> f32 {
         let pulses = self.pulses.iter().find(|pulses| pulses.switch == switch);
         pulses.map_or(s, |pulses| pulses.percent_of_s(s))
+    }
+
+    /// Returns the S of moves in these modes, and whether their power follows the speed: S counts for a laser
+    /// only between M3 or M4 and M5, in laser mode.
+    #[inline]
+    pub(crate) fn power_of_moves(&self, modal: &Modal) -> (f32, bool) {
+        let (Some(laser), spindle) = (self.laser, modal.auxiliary.spindle) else { return (modal.power, false) };
+        if !laser.is_laser_mode || spindle == Spindle::Stopped {
+            return (0.0, false);
+        }
+        (modal.power, laser.always_by_speed || spindle == Spindle::CounterClockwise)
     }
 }
 

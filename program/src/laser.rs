@@ -1,0 +1,23 @@
+//! The laser, as the machine sets it.
+
+use crate::interpreter::Interpreter;
+use crate::state::auxiliary::Spindle;
+use crate::state::setup::LaserSetup;
+
+/// Returns the laser, if there is one.
+#[must_use]
+pub const fn of(program: &Interpreter) -> Option<LaserSetup> {
+    program.setup.laser
+}
+
+/// Sets laser mode, and whether the power of M3 follows the speed too, where there is a laser.
+pub fn set(program: &mut Interpreter, laser: LaserSetup) {
+    if program.setup.laser.is_some() {
+        program.setup.laser = Some(laser);
+    }
+}
+
+/// Ends M3 or M4 without a word of the program; S stays.
+pub const fn stop(program: &mut Interpreter) {
+    (program.modal.auxiliary.spindle, program.modal.power) = (Spindle::Stopped, 0.0);
+}
