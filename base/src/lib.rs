@@ -14,6 +14,7 @@ pub mod failure;
 pub mod falling_supply;
 pub mod grbl;
 pub mod hands;
+pub mod laser;
 pub mod least_squares;
 pub mod motion_config;
 pub mod motors;

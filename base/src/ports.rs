@@ -11,6 +11,7 @@ mod calendar;
 mod drivers;
 mod events;
 mod inputs;
+mod laser;
 mod network;
 mod rest;
 mod storage;
@@ -35,6 +36,7 @@ pub use drivers::{
 pub use events::EventLog;
 pub use gcode::realtime::Realtime;
 pub use inputs::{Input, InputLevels};
+pub use laser::LaserPort;
 pub use network::{
     AddressOrigin, KEYS_RECORD_BYTES, KeysRecord, NETWORK_NAME_BYTES, Network, NetworkAddress, NetworkLink,
     NetworkNews, NetworkReport, NetworkService, NetworkTraffic, PASSWORD_RECORD_BYTES, PasswordRecord,

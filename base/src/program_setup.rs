@@ -4,7 +4,8 @@ use config::{MachineConfig, OutputKind, OutputPin, SwitchConfig};
 use gcode::Code;
 use program::extended::NamedSwitch;
 use program::{
-    Claim, Claims, Dialect, HeaterSetup, IoKind, IoSetup, PulseSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
+    Claim, Claims, Dialect, HeaterSetup, IoKind, IoSetup, LaserSetup, PulseSetup, Setup, SpindleSetup, StripSetup,
+    ToolSettings,
 };
 use units::SwitchId;
 
@@ -91,9 +92,20 @@ pub fn setup(config: &MachineConfig) -> Setup {
         is_preview: false,
         // No machine here has a spindle that says where it is, or whose speed follows the radius.
         spindle: SpindleSetup::default(),
+        laser: laser(config),
         g30_parks: config.motion.nist_g30,
         cycles: config.cycles,
     }
+}
+
+/// Returns the laser; moves have power from the start.
+fn laser(config: &MachineConfig) -> Option<LaserSetup> {
+    let laser = &config.laser;
+    (laser.enable && laser.pwm_pin.is_some()).then_some(LaserSetup {
+        is_laser_mode: true,
+        always_by_speed: laser.proportional_power,
+        default_s: laser.default_power,
+    })
 }
 
 /// Returns the pulses of a switch on a hardware timer.
@@ -149,6 +161,13 @@ fn claims(config: &MachineConfig) -> Claims {
                     let _fits = claims.add(command, claim);
                 }
             }
+        }
+    }
+    let air = config.switches.iter().position(|switch| !switch.is_input() && config.laser.air_switch == switch.name);
+    if let Some(air) = air.filter(|_| laser(config).is_some()) {
+        let id = SwitchId(air as u8);
+        for (number, claim) in [(3, Claim::SwitchOn(id)), (4, Claim::SwitchOn(id)), (5, Claim::SwitchOff(id))] {
+            let _fits = claims.add(Code::m(number), claim);
         }
     }
     for (place, rule) in (0..).zip(&config.temperature_switches) {

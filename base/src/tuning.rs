@@ -11,6 +11,7 @@ use motion::geometry::LineSettings;
 use program::Words;
 use units::{Amps, Axis, PerActuator, PerAxis};
 
+use crate::laser::LaserScale;
 use crate::ports::ChopperFit;
 use crate::ports::{Input, InputLevels};
 
@@ -54,6 +55,8 @@ pub struct Tuning {
     pub least_warm: [[f32; 2]; program::MAX_TOOLS],
     /// Whether any nozzle has to be warm: asked by each move.
     pub guards_cold: bool,
+    /// Scale of a laser's power (M452, M221).
+    pub laser: LaserScale,
 }
 
 /// Settings of a driver's load measurement.
@@ -128,6 +131,7 @@ impl Tuning {
             filament_width: config.filament_width,
             filament_change: config.filament_change,
             least_warm: least_warm(config),
+            laser: LaserScale::new(config),
             guards_cold: config.extruders.iter().any(|extruder| extruder.min_extrude_temp.0 > 0.0),
         }
     }

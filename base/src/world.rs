@@ -7,8 +7,8 @@ use events::Event;
 
 use crate::failure::{Failure, Texts};
 use crate::ports::{
-    Ahead, Board, Calendar, Clock, DriversPort, EventLog, HeatPort, Inputs, LightPort, MotionPort, Network, PinPort,
-    Rest, Storage, Updates, Usb, Viewers,
+    Ahead, Board, Calendar, Clock, DriversPort, EventLog, HeatPort, Inputs, LaserPort, LightPort, MotionPort, Network,
+    PinPort, Rest, Storage, Updates, Usb, Viewers,
 };
 use crate::sessions::{ConsoleKind, Consoles, Recipient, Reply, Rights, Session, Sessions};
 use crate::supervisor::SupervisorPort;
@@ -21,6 +21,7 @@ pub trait Ports:
     + Ahead
     + HeatPort
     + LightPort
+    + LaserPort
     + DriversPort
     + SupervisorPort
     + Inputs
@@ -44,6 +45,7 @@ impl<P> Ports for P where
         + Ahead
         + HeatPort
         + LightPort
+        + LaserPort
         + DriversPort
         + SupervisorPort
         + Inputs

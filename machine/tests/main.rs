@@ -53,6 +53,8 @@ mod event_log;
 mod filament;
 #[path = "../src/features/grbl/scenarios/mod.rs"]
 mod grbl;
+#[path = "../src/features/laser/scenarios.rs"]
+mod laser;
 #[path = "../src/features/lights/scenarios.rs"]
 mod lights;
 #[path = "../src/features/network/scenarios.rs"]

@@ -45,11 +45,13 @@ pub trait Draws {
 }
 
 /// Converts a move of the program to motion's terms, without its curve, and of no object. `deviation` is the
-/// greatest distance of a rounded corner where the program does not say, mm; `factors` are M220's.
+/// greatest distance of a rounded corner where the program does not say, mm; `factors` are M220's; `power` is
+/// a laser's, which a rapid has not.
 pub fn in_motions_terms(
     request: &Move,
     tag: Tag,
     [feed, rapid]: [f64; 2],
+    power: Power,
     deviation: impl FnOnce() -> f64,
 ) -> motion::Move {
     let (feed_rate, mode) = match request.rate {
@@ -64,8 +66,8 @@ pub fn in_motions_terms(
         program::Corner::Stop => Corner::Stop,
         program::Corner::Rounded(within) => Corner::Rounded(within.unwrap_or_else(deviation)),
     };
-    // Nothing gives a laser power yet.
-    let (target, power, curve) = (request.target, Power::OFF, Curve::Line);
+    let power = if mode == Mode::Rapid { Power::OFF } else { power };
+    let (target, curve) = (request.target, Curve::Line);
     motion::Move { target, feed_rate, mode, power, curve, corner, tag, part: 0 }
 }
 

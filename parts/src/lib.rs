@@ -10,6 +10,7 @@ pub mod fans;
 pub mod filament;
 pub mod gpio;
 pub mod heat_codes;
+pub mod laser;
 pub mod lights;
 pub mod motion_codes;
 pub mod outputs;

@@ -44,7 +44,8 @@ impl Reading<'_, '_> {
         let program = &self.preflight.program;
         let factors =
             if program.modal().auxiliary.feed_override { program::speed_factor::of_moves(program) } else { [1.0; 2] };
-        let own = drawing::in_motions_terms(request, self.preflight.tag(), factors, deviation);
+        let power = self.preflight.tuning.laser.power(request);
+        let own = drawing::in_motions_terms(request, self.preflight.tag(), factors, power, deviation);
         self.preflight.without_flow_limit = self.speed_without_flow_limit(request, from);
         let drawn = apart(|| drawing::draw(self, *from, request, own))?;
         for piece in drawn {

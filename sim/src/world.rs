@@ -15,6 +15,7 @@ mod fault_injection;
 mod filament;
 mod from_machine;
 mod heat;
+mod laser;
 mod lights;
 mod motion;
 mod parts;
@@ -28,6 +29,7 @@ pub use config::{
 };
 pub use delta::DeltaFrame;
 pub use fault::{Fault, SPELLING, TimedFault};
+pub use laser::Laser;
 
 use units::{Actuator, MAX_ACTUATORS};
 
@@ -77,6 +79,7 @@ pub struct World {
     bounces: Vec<(u64, usize, bool)>,
     heaters: Vec<HeaterState>,
     fans: Vec<FanState>,
+    laser: Laser,
     /// Strips of lights on the timers.
     strips: Vec<LedStrip>,
     filament: Filament,

@@ -13,8 +13,8 @@ use units::{Actuator, Celsius, Micros, PerActuator, TICK_NANOSECONDS, Ticks, Vol
 use super::{BenchDrivers, Card, Line};
 use crate::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, FilesPort, HeatPort, Input, InputLevels,
-    Inputs, LightPort, MemoryReport, MotionPort, Network, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb,
-    Viewers, Wake, Workspace,
+    Inputs, LaserPort, LightPort, MemoryReport, MotionPort, Network, PinPort, PinTaken, Rest, Start, StepTimes,
+    Updates, Usb, Viewers, Wake, Workspace,
 };
 use crate::sessions::{Consoles, Inbox, SessionId, SessionProfile};
 use crate::supervisor::{Supervisor, SupervisorPort};
@@ -188,6 +188,14 @@ impl HeatPort for World {
     }
 
     fn run_heat_now(&mut self) {}
+}
+
+impl LaserPort for World {
+    fn lock_laser(&mut self, _: bool) {}
+
+    fn set_laser(&mut self, _: u16) {}
+
+    fn set_laser_frequency(&mut self, _: u32) {}
 }
 
 impl LightPort for World {

@@ -22,7 +22,7 @@ use crate::features::axis_tests::command;
 use crate::features::forecast::ForecastHands;
 use crate::features::functions::{Stating, StatusHands};
 use crate::features::play_from::PlayFromHands;
-use crate::features::{event_log, file_commands, forecast, functions, network, play_from, update, usb_disk};
+use crate::features::{event_log, file_commands, forecast, functions, laser, network, play_from, update, usb_disk};
 use crate::machine::fast_forward_record::Until;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, Moments as _, Served as _};
@@ -174,6 +174,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         C::Preheat => apart(|| heat_codes::preheat(&mut MachineHands::new(machine, to), arguments)),
         C::Switch => apart(|| switch(&mut machine.world, &mut machine.outputs, arguments, to)),
         C::SetRegisters => apart(|| set_registers(&mut machine.world, arguments, to)),
+        C::Fire => apart(|| laser::fire(machine, arguments, to)),
         C::Gpio => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
         C::Test => apart(|| command::run(&mut MachineHands::new(machine, to), arguments)),
         C::TuneDriver => apart(|| tune_driver(machine, arguments, to)),

@@ -17,6 +17,7 @@ pub(crate) mod file_functions;
 pub(crate) mod forecast;
 pub(crate) mod functions;
 pub(crate) mod grbl;
+pub(crate) mod laser;
 pub(crate) mod lights;
 pub(crate) mod network;
 pub(crate) mod objects;
@@ -56,6 +57,7 @@ pub(crate) type List = features![
     power_loss,
     statistics,
     brown_out,
+    laser,
     door,
     stalls,
     paper,

@@ -12,7 +12,7 @@ use base::tuning::Tuning;
 use base::{CodeContext, Ports, World};
 use parts::motion_codes::Limited;
 use parts::z_thermal::Thermal;
-use parts::{driver_codes, heat_codes, motion_codes};
+use parts::{driver_codes, heat_codes, laser, motion_codes};
 use procedures::endstop_phase::EndstopPhases;
 use procedures::probing;
 use procedures::{arms, autotune, endstop_phase, leveling};
@@ -84,6 +84,7 @@ pub(crate) fn set_standing<'c>(
         Standing::StepsPerMm => motion_codes::steps_per_mm(code, program.tools()),
         Standing::PressureAdvance => motion_codes::pressure_advance(code, program.tools()),
         Standing::InputShaping => motion_codes::input_shaping(code),
+        Standing::Laser => laser::settings(code, tuning, program),
         Standing::MotorsOff => {
             let extruder = program.tools().active().map(|tool| tool.settings.axis).filter(|_| words.has('E'));
             let named = extruder.map_or(words.axes(), |axis| words.axes().with(axis));

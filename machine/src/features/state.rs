@@ -8,6 +8,7 @@ use config::MachineConfig;
 use jobs::journal::{self, Journal, Recovery};
 use parts::fans::Fans;
 use parts::filament::{self, Filament};
+use parts::laser::Beam;
 use parts::lights::LightShow;
 use parts::outputs::TemperatureSwitches;
 use parts::strips::Strips;
@@ -51,6 +52,8 @@ pub(crate) struct States {
     pub strips: Strips,
     pub riding_lights: Effects<LightChange>,
     pub lights: LightShow,
+    /// Lock of the laser, and its beam at rest.
+    pub beam: Beam,
     pub filament: Filament,
     pub filament_width: filament::Width,
     /// Journal of the played job on the card.
@@ -82,6 +85,7 @@ impl States {
             strips: Strips::new(),
             riding_lights: Effects::new(),
             lights: LightShow::default(),
+            beam: Beam::default(),
             filament: Filament::default(),
             filament_width: filament::Width::new(&config.filament_width),
             journal: Journal::new(config.player.power_loss.enable),

@@ -11,6 +11,7 @@ use base::safety::Event;
 use config::MachineConfig;
 use motion::Tag;
 use motion::geometry::LineSettings;
+use motion::laser::Power;
 use motion::path::Bounds;
 use parts::drawing::{self, Draws};
 use program::{Interpreter, Move, Shape, State};
@@ -137,9 +138,10 @@ pub(crate) fn in_motions_terms(
     program: &Interpreter,
     ports: &mut impl MotionPort,
     request: &Move,
+    power: Power,
 ) -> motion::Move {
     let factors = if label.is_own_speed { [1.0; 2] } else { program::speed_factor::of_moves(program) };
-    let whole = drawing::in_motions_terms(request, label.tag, factors, || {
+    let whole = drawing::in_motions_terms(request, label.tag, factors, power, || {
         ports.motion(|motion| motion.config().map_or(0.0, |config| config.limits.junction_deviation.get()))
     });
     motion::Move { part: label.part, ..whole }
@@ -147,9 +149,9 @@ pub(crate) fn in_motions_terms(
 
 /// Returns a move as it is made now, in motion's terms, without its curve.
 pub(crate) fn made_now<'c>(hands: &mut impl DrawHands<'c>, request: &Move) -> motion::Move {
-    let label = hands.label();
+    let (label, power) = (hands.label(), hands.tuning().laser.power(request));
     let (program, world) = hands.program_in_world();
-    in_motions_terms(label, program, &mut world.ports, request)
+    in_motions_terms(label, program, &mut world.ports, request, power)
 }
 
 /// Submits the commonest move of all: straight, whole, while the look-ahead queue has room. False: nothing

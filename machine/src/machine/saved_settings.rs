@@ -57,7 +57,8 @@ pub(crate) fn part(
         _ => write_currents(&mut text, tuning, config)
             .and_then(|()| write_stall_thresholds(&mut text, tuning))
             .and_then(|()| write_stealth_thresholds(&mut text, tuning))
-            .and_then(|()| write_choppers(&mut text, tuning)),
+            .and_then(|()| write_choppers(&mut text, tuning))
+            .and_then(|()| write_laser(&mut text, tuning, program)),
     }?;
     Ok(text)
 }
@@ -104,6 +105,12 @@ fn write_motion(text: &mut Text, motion: &MotionConfig, program: &Interpreter, c
         write!(text, " {}{}", axis.letter(), Value(limits.actuator_rate[motor].0, 5))?;
     }
     writeln!(text)
+}
+
+fn write_laser(text: &mut Text, tuning: &Tuning, program: &Interpreter) -> fmt::Result {
+    let Some(laser) = program::laser::of(program) else { return Ok(()) };
+    let (scale, mode) = (tuning.laser, u8::from(laser.is_laser_mode));
+    writeln!(text, ";Laser:\nM452 R{} L{} S{mode}", scale.most_s, scale.least_s)
 }
 
 /// Writes coordinate systems with `save_wcs`, the G92 offset with `save_g92`, and the park position.

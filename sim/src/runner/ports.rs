@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use base::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DriversPort, EventLog, Factors, FilesPort, HeatPort,
-    InputLevels, Inputs, KeysRecord, LightPort, MemoryReport, MotionPort, Network, NetworkNews, NetworkReport,
-    PasswordRecord, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Viewers, Wake, Workspace,
+    InputLevels, Inputs, KeysRecord, LaserPort, LightPort, MemoryReport, MotionPort, Network, NetworkNews,
+    NetworkReport, PasswordRecord, PinPort, PinTaken, Rest, Start, StepTimes, Updates, Usb, Viewers, Wake, Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
@@ -88,6 +88,22 @@ impl HeatPort for HostPorts<'_> {
 
     /// The executor runs once a period of the heat task, so its next run is soon enough.
     fn run_heat_now(&mut self) {}
+}
+
+impl LaserPort for HostPorts<'_> {
+    fn lock_laser(&mut self, is_locked: bool) {
+        let simulation = &self.shared.simulation;
+        simulation.world.borrow_mut().laser().lock(simulation.now_ns.get(), is_locked);
+    }
+
+    fn set_laser(&mut self, duty: u16) {
+        let simulation = &self.shared.simulation;
+        simulation.world.borrow_mut().laser().set(simulation.now_ns.get(), duty);
+    }
+
+    fn set_laser_frequency(&mut self, _: u32) {
+        self.set_laser(0);
+    }
 }
 
 impl LightPort for HostPorts<'_> {

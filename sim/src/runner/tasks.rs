@@ -278,8 +278,7 @@ impl Tasks {
     fn play(&mut self, shared: &Shared, event: motion::queue::StepEvent, at_ns: u64) {
         let mut world = shared.simulation.world.borrow_mut();
         if let Some(duty) = event.laser_duty() {
-            world.trace_mut().push_power(PowerChange { time_ns: at_ns, duty });
-            return;
+            return world.laser().set(at_ns, duty);
         }
         for actuator in Actuator::ALL {
             if event.turning_forward() & actuator.bit() != 0 {

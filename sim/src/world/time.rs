@@ -46,6 +46,7 @@ impl World {
             vfet_v: config.vfet_v,
             pwm: [[0.0; PWM_CHANNELS]; PWM_TIMERS],
             pwm_hz: [0.0; PWM_TIMERS],
+            laser: super::Laser::default(),
             fet_buffer_on: false,
             fet_power_on: false,
             fet_switch_stuck_on: false,

@@ -7,6 +7,7 @@ mod filament;
 mod heat;
 mod homing;
 mod kinematics;
+mod laser;
 mod leveling;
 mod lights;
 mod motion;
@@ -119,7 +120,7 @@ pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     edges.iter().map(|edge| format!("{} {:?} {:?}\n", edge.time_ns - start_ns, edge.actuator, edge.direction)).collect()
 }
 
-fn tables() -> [(&'static str, &'static [Row]); 14] {
+fn tables() -> [(&'static str, &'static [Row]); 15] {
     [
         ("system", system::ROWS),
         ("motion", motion::ROWS),
@@ -132,6 +133,7 @@ fn tables() -> [(&'static str, &'static [Row]); 14] {
         ("probe", probe::ROWS),
         ("switches", switches::ROWS),
         ("fans", fans::ROWS),
+        ("laser", laser::ROWS),
         ("lights", lights::ROWS),
         ("kinematics", kinematics::ROWS),
         ("leveling", leveling::ROWS),
@@ -215,6 +217,7 @@ tests! {
     each_setting_of_switches_changes_something: switches;
     each_setting_of_fans_changes_something: fans;
     each_setting_of_filament_changes_something: filament;
+    each_setting_of_the_laser_changes_something: laser;
     each_setting_of_lights_changes_something: lights;
     each_setting_of_kinematics_changes_something: kinematics;
     each_setting_of_leveling_changes_something: leveling;

@@ -70,7 +70,7 @@ pub(crate) fn run<'c>(hands: &mut impl GrblHands<'c>, command: &str, to: Recipie
             hands.sleep().map_err(not_idle)?;
             hands.say(to, format_args!("[MSG:Sleeping]\n"));
         }
-        "$" => list(world, safety, tuning, &grbl.own, to)?,
+        "$" => list(world, safety, tuning, (program, &grbl.own), to)?,
         "G" | "#" | "N" | "I" | "I+" if command != "I+" || has_more => {
             report(world, program, outputs, &grbl.own, command, to);
         }
@@ -153,14 +153,15 @@ fn with_sources<P: Ports, R>(
     World { ports, config, sessions, .. }: &mut World<'_, P>,
     safety: &mut Safety,
     tuning: &Tuning,
-    own: &Own,
+    (program, own): (&Interpreter, &Own),
     f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
 ) -> Result<R, Failure> {
     let motion = ports.motion(|motion| motion.config().copied());
     let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").with_reason(Reason::Locked))?;
     let travel = safety.travel.up_to_date(config, tuning);
     let (soft_limits, ends) = (travel.is_on(config), travel.ends());
-    Ok(f(&Sources { motion: &motion, config, own, soft_limits, ends: &ends }, sessions))
+    let laser = program::laser::of(program).map(|laser| (tuning.laser, laser.is_laser_mode));
+    Ok(f(&Sources { motion: &motion, config, own, soft_limits, laser, ends: &ends }, sessions))
 }
 
 /// Lists all of GRBL's settings (`$$`).
@@ -168,7 +169,7 @@ fn list<P: Ports>(
     world: &mut World<'_, P>,
     safety: &mut Safety,
     tuning: &Tuning,
-    own: &Own,
+    own: (&Interpreter, &Own),
     to: Recipient,
 ) -> Result<(), Failure> {
     with_sources(world, safety, tuning, own, |of, sessions| {
@@ -184,9 +185,9 @@ fn set<'c>(hands: &mut impl GrblHands<'c>, number: u16, value: &str, to: Recipie
     may_set(hands.state())?;
     let setting = Setting::of(number)
         .ok_or_else(|| Failure::refused(&"there is no such setting").with_reason(Reason::Statement))?;
-    let Spoken { safety, tuning, grbl, world, .. } = hands.spoken();
+    let Spoken { safety, tuning, grbl, world, program, .. } = hands.spoken();
     let texts = world.texts;
-    let change = with_sources(world, safety, tuning, &grbl.own, |of, _| setting.change(texts, value, of))??;
+    let change = with_sources(world, safety, tuning, (program, &grbl.own), |of, _| setting.change(texts, value, of))??;
     match &change {
         Change::Nothing => {}
         Change::Own(set, value) => {

@@ -4,6 +4,7 @@
 //! bounds. Settings of `config.ini` alone are read only: wiring and homing are read once, at boot.
 
 use base::failure::{Failure, ShortText, Texts, short};
+use base::laser::LaserScale;
 use base::reason::Reason;
 use config::{HomingDirection, MachineConfig};
 use motion::MotionConfig;
@@ -22,6 +23,8 @@ pub(crate) struct Sources<'m> {
     pub own: &'m Own,
     /// Whether moves are held against the travel.
     pub soft_limits: bool,
+    /// Scale of the laser's power, and whether moves have power; `None` without a laser.
+    pub laser: Option<(LaserScale, bool)>,
     /// Ends of the axes, machine position in mm.
     pub ends: &'m [PerAxis<f64>; 2],
 }
@@ -37,8 +40,8 @@ enum Write {
     Own(fn(&mut Own, f64)),
     /// By this code, which switches something on or off.
     Switch(&'static str),
-    /// A laser, which this firmware does not know yet.
-    Laser,
+    /// By M452 with this word on a machine with a laser, else by this setting of `config.ini` only, if any.
+    Laser(char, Option<&'static str>),
 }
 
 /// Row of the table, or three rows: one for each of X, Y and Z.
@@ -87,9 +90,13 @@ fn homes(config: &MachineConfig) -> bool {
     Axis::PRIMARY.into_iter().any(|axis| config.homing_endstop(axis).is_some())
 }
 
-/// Returns the least and greatest S of the spindle, where it has a scale.
-fn spindle(config: &MachineConfig) -> Option<[f64; 2]> {
-    parts::outputs::spindle_scale(config).map(|scale| scale.map(f64::from))
+/// Returns the least and greatest S of the laser, or of a spindle that has a scale.
+fn scale(of: &Sources<'_>) -> Option<[f64; 2]> {
+    let scale = match of.laser {
+        Some((LaserScale { least_s, most_s, .. }, _)) => Some([least_s, most_s]),
+        None => parts::outputs::spindle_scale(of.config),
+    };
+    scale.map(|scale| scale.map(f64::from))
 }
 
 fn travel(of: &Sources<'_>, axis: Axis) -> f64 {
@@ -218,17 +225,17 @@ pub(crate) const ROWS: &[Row] = &[
         30,
         0,
         "S of full power",
-        |of, _| spindle(of.config).map_or(100.0, |[_, most]| most),
-        Write::Config("[switch] max_rpm"),
+        |of, _| scale(of).map_or(100.0, |[_, most]| most),
+        Write::Laser('R', Some("[switch] max_rpm")),
     ),
     row(
         31,
         0,
         "least S",
-        |of, _| spindle(of.config).map_or(0.0, |[least, _]| least),
-        Write::Config("[switch] min_rpm"),
+        |of, _| scale(of).map_or(0.0, |[least, _]| least),
+        Write::Laser('L', Some("[switch] min_rpm")),
     ),
-    row(32, 0, "laser mode", |_, _| 0.0, Write::Laser),
+    row(32, 0, "laser mode", |of, _| flag(of.laser.is_some_and(|(_, is_on)| is_on)), Write::Laser('S', None)),
     row(
         100,
         3,
@@ -350,8 +357,17 @@ impl Setting {
             }
             Write::Switch(code) => Ok(Change::Switch(short(format_args!("{code}{}", u8::from(wanted != 0.0))))),
             Write::Own(set) => Ok(Change::Own(set, wanted)),
-            Write::Laser => Err(Failure::refused(&"laser mode is not supported yet: M3 S keeps its power in G0")
-                .with_reason(Reason::NoLaserOutput)),
+            Write::Laser(letter, _) if of.laser.is_some() => {
+                let wanted = if letter == 'S' { flag(wanted != 0.0) } else { wanted };
+                Ok(Change::Code(short(format_args!("M452 {letter}{wanted}"))))
+            }
+            Write::Laser(_, Some(key)) => {
+                let text = format_args!("{}: change {key} in config.ini and reset", self.row.meaning);
+                Err(texts.refused(text).with_reason(Reason::Statement))
+            }
+            Write::Laser(_, None) => {
+                Err(Failure::refused(&"laser mode needs a laser: see [laser]").with_reason(Reason::NoLaserOutput))
+            }
         }
     }
 }
@@ -381,7 +397,8 @@ mod tests {
                 Write::Code(code, ..) => code.to_string(),
                 Write::Switch(code) => format!("{} until the reset", code.trim_end_matches(" S")),
                 Write::Own(_) => "kept in `grbl-settings`".into(),
-                Write::Laser => "refused, error 17: lasers are not supported yet".into(),
+                Write::Laser(letter, Some(key)) => format!("M452 {letter}; without a laser read only: `{key}`"),
+                Write::Laser(letter, None) => format!("M452 {letter}; without a laser refused, error 17"),
             };
             let line = format!("| ${numbers} | {} | {by} |", row.meaning);
             assert!(page.contains(&line), "docs/grbl.md has no `{line}`");

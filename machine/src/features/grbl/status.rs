@@ -52,7 +52,9 @@ impl Report<'_> {
     fn overrides(&self, motion: &Motion) -> Overrides {
         let factors = motion.overrides();
         let feed = factors.feed * self.program.modal().speed_factor;
-        let spindle = self.outputs.spindle(self.config, self.program.modal().auxiliary.spindle);
+        let told = self.program.modal().auxiliary.spindle;
+        let is_laser = program::laser::of(self.program).is_some();
+        let spindle = if is_laser { told } else { self.outputs.spindle(self.config, told) };
         let is_on = |code| match code {
             3 | 4 => spindle.code() == code,
             _ => self.outputs.is_on_by_code(self.config, code),
@@ -85,7 +87,9 @@ pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, to
         add!(line, "|Ln:{number}");
     }
     let feed = speed.per_minute() / if of.own.inches { MM_PER_INCH } else { 1.0 };
-    let speed = of.outputs.spindle_speed(of.config, of.program.modal().power);
+    let power = of.program.modal().power;
+    let speed =
+        if program::laser::of(of.program).is_some() { power } else { of.outputs.spindle_speed(of.config, power) };
     add!(line, "|FS:{feed:.0},{speed:.0}");
     add_pins(&mut line, of, ports);
     if told.wants_all {

@@ -1,0 +1,14 @@
+//! Access to the laser.
+
+/// The laser beside the path: the power of moves comes to it with their steps, as events of the step queue.
+/// Until it is first unlocked it is off. On a machine without one nothing happens.
+pub trait LaserPort {
+    /// Locks the laser off, whatever the path says, or lets what comes from now on through to it.
+    fn lock_laser(&mut self, is_locked: bool);
+
+    /// Gives the laser a duty, 1/65535, until the path changes it. Only while nothing moves.
+    fn set_laser(&mut self, duty: u16);
+
+    /// Sets the frequency of the duty, hertz; the duty becomes 0. Only while nothing moves.
+    fn set_laser_frequency(&mut self, hertz: u32);
+}

@@ -1,0 +1,193 @@
+//! The laser beside the path: locked while the machine is halted, behind an open door and while an interlock
+//! is open; the beam at rest of `fire`; the operator's factor on every power.
+
+use core::fmt::Arguments;
+
+use base::failure::{Answer, Outcome};
+use base::ports::{Clock as _, Input, MotionPort as _};
+use base::safety::Event;
+use base::sessions::{Recipient, SessionId};
+use base::tuning::Tuning;
+use base::{Ports, World};
+use config::MachineConfig;
+use gcode::realtime::Realtime;
+use jobs::player::Jobs;
+use parts::laser::{self, Beam};
+use parts::outputs::Outputs;
+use program::{BEGINNING_BYTES, Interpreter, State};
+use units::Micros;
+
+use crate::features::state::States;
+use crate::machine::feed_hold::FeedHoldHands;
+use crate::machine::moments::{JobStart, Moments};
+use crate::machine::source::Source;
+use crate::machine::{Machine, feed_hold};
+
+/// Laser, and what decides on it.
+pub(crate) struct Lased<'m, 'c, P> {
+    beam: &'m mut Beam,
+    outputs: &'m Outputs,
+    tuning: &'m Tuning,
+    program: &'m mut Interpreter,
+    jobs: &'m mut Jobs,
+    state: State,
+    world: &'m mut World<'c, P>,
+}
+
+/// The machine for its laser.
+pub(crate) trait LaserHands<'c>: FeedHoldHands<'c> {
+    /// Returns the laser.
+    fn laser(&mut self) -> Lased<'_, 'c, Self::Ports>;
+}
+
+impl<'c, P: Ports> LaserHands<'c> for Machine<'c, P> {
+    fn laser(&mut self) -> Lased<'_, 'c, P> {
+        let state = self.safety.state();
+        let Self { world, outputs, tuning, program, jobs, features: States { beam, .. }, .. } = self;
+        Lased { beam, outputs, tuning, program, jobs, state, world }
+    }
+}
+
+/// The laser at the machine's moments.
+pub(crate) struct Feature;
+
+impl<'c, M: LaserHands<'c>> Moments<M> for Feature {
+    fn wired(hands: &mut M) {
+        let Lased { tuning, world, .. } = hands.laser();
+        let laser = tuning.laser.in_motions_terms(world.config);
+        if let Err(error) = world.ports.motion(|motion| motion.configure_laser(laser)) {
+            world.announce(format_args!("WARNING: the laser stays off: {error}\n"));
+        }
+    }
+
+    fn each_250_us(hands: &mut M, now: Micros) {
+        if !has_laser(hands.world().config) {
+            return;
+        }
+        let open = open_interlock(hands.world());
+        let Lased { beam, tuning, program, state, world, .. } = hands.laser();
+        let is_locked = laser::locks(state) || open.is_some() || is_door_open(world);
+        beam.lock(&mut world.ports, is_locked);
+        let asked = laser::asked_at_rest(program, &tuning.laser, world.config);
+        let rests = world.ports.motion(|motion| motion.is_idle());
+        beam.look(&mut world.ports, now, rests, asked);
+        if open.is_some() != core::mem::replace(&mut beam.told_open, open.is_some())
+            && let Some(name) = open
+        {
+            opens(hands, name);
+        }
+    }
+
+    fn each_10_ms(hands: &mut M, _now: Micros) {
+        let Lased { outputs, world, .. } = hands.laser();
+        if has_laser(world.config) {
+            let factor = outputs.spindle_percent() / 100.0;
+            world.ports.motion(|motion| {
+                if motion.power_override() != factor {
+                    motion.set_power_override(factor);
+                }
+            });
+        }
+    }
+
+    fn take_request(hands: &mut M, request: Realtime, _id: SessionId) -> bool {
+        if !matches!(request, Realtime::Status | Realtime::StatusInFull) {
+            end(hands);
+        }
+        false
+    }
+
+    fn session_line_begins(hands: &mut M) {
+        end(hands);
+    }
+
+    fn block_begins(hands: &mut M, _source: Source) {
+        end(hands);
+    }
+
+    fn job_may_start(hands: &mut M) -> JobStart {
+        let open = if has_laser(hands.world().config) { open_interlock(hands.world()) } else { None };
+        let Some(name) = open else { return JobStart::Now };
+        let Lased { jobs, world, .. } = hands.laser();
+        let to = jobs.tells_end();
+        jobs.close(&mut world.ports);
+        world.announce(format_args!("error:the job was not begun: the laser's interlock {name} is open; close it\n"));
+        if to != Recipient::Nobody {
+            world.say(to, format_args!("Done printing file\n"));
+        }
+        JobStart::Never
+    }
+
+    /// A job that goes on after a power cut is dark until its own next M3 or M4.
+    fn job_goes_on(hands: &mut M, _beginning: [u8; BEGINNING_BYTES]) {
+        let Lased { program, world, .. } = hands.laser();
+        if has_laser(world.config) {
+            program::laser::stop(program);
+        }
+    }
+
+    fn may_go_on(hands: &mut M) -> bool {
+        let open = if has_laser(hands.world().config) { open_interlock(hands.world()) } else { None };
+        if let Some(name) = open {
+            tell_open(hands, name, format_args!("close it, then ~ goes on"));
+        }
+        open.is_none()
+    }
+
+    fn stops(hands: &mut M) {
+        let Lased { beam, world, .. } = hands.laser();
+        beam.force_off(&mut world.ports);
+    }
+}
+
+fn has_laser(config: &MachineConfig) -> bool {
+    config.laser.enable
+}
+
+/// Ends the beam at rest.
+#[inline]
+fn end<'c>(hands: &mut impl LaserHands<'c>) {
+    let Lased { beam, world, .. } = hands.laser();
+    beam.end(&mut world.ports);
+}
+
+/// An interlock has opened: a moving machine holds, so that nothing is left uncut.
+fn opens<'c>(hands: &mut impl LaserHands<'c>, name: &str) {
+    feed_hold::hold(hands, Event::Hold);
+    tell_open(hands, name, format_args!("the beam is locked until it is closed"));
+}
+
+fn tell_open<'c>(hands: &mut impl LaserHands<'c>, name: &str, then: Arguments<'_>) {
+    hands.announce(format_args!("// NOTE the laser's interlock {name} is open: {then}\n"));
+}
+
+/// Returns the first interlock that is open.
+fn open_interlock<'c, P: Ports>(world: &World<'c, P>) -> Option<&'c str> {
+    let config: &'c MachineConfig = world.config;
+    let levels = world.ports.inputs();
+    config.laser.interlock_names().find(|name| {
+        let place = config.switches.iter().position(|switch| switch.name == *name);
+        place.is_none_or(|place| levels.is_active(Input::Switch(place as u8)))
+    })
+}
+
+fn is_door_open<P: Ports>(world: &World<'_, P>) -> bool {
+    world.config.safety_door.enable && world.ports.inputs().is_active(Input::Door)
+}
+
+/// `fire percent [ms] | off | status`: the beam at rest.
+pub(crate) fn fire<'c>(hands: &mut impl LaserHands<'c>, arguments: &str, to: Recipient) -> Outcome {
+    let Lased { beam, world, .. } = hands.laser();
+    let World { ports, config, texts, sessions } = world;
+    if !has_laser(config) {
+        return Err(texts.because("there is no laser: see [laser]"));
+    }
+    let is_question = matches!(arguments, "" | "status" | "off");
+    if !is_question && !ports.motion(|motion| motion.is_idle()) {
+        return Err(texts.because("the laser is fired at rest: wait until the machine stands"));
+    }
+    let now = ports.now();
+    let percent = beam.fire(texts, ports, now, config.laser.maximum_power, arguments)?;
+    sessions.say(to, format_args!("laser {percent:.1} %\n"));
+    Ok(Answer::Ok)
+}
