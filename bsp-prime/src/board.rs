@@ -8,6 +8,7 @@ use crate::ethernet;
 use crate::flash::BoardFlash;
 use crate::identity::{self, Identity};
 use crate::kept;
+use crate::laser;
 use crate::last_words;
 use crate::led_strip::LedSender;
 use crate::memory::{self, FlashUse};
@@ -102,6 +103,8 @@ pub struct Board {
 ///
 /// The motors are released too: a crashed firmware cannot hold them in a known way.
 pub fn make_outputs_safe() {
+    // The beam first: of all outputs it is the quickest to do harm.
+    laser::force_off();
     pins::enable_ports();
     let guards = [table::MOTORS_ENABLE, table::FETS_ENABLE, table::FETS_POWER_ENABLE, table::USB_HOST_POWER];
     for spec in guards.into_iter().chain(table::MOSFETS).chain(table::RELAYS) {

@@ -25,6 +25,7 @@ pub mod flash;
 pub mod fpu;
 pub mod identity;
 pub mod kept;
+pub mod laser;
 pub mod last_words;
 pub mod led_strip;
 #[cfg(feature = "rtt")]

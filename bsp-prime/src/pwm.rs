@@ -8,6 +8,7 @@
 use stm32h7xx_hal::pac;
 
 use crate::clocks::TIMER_HZ;
+use crate::laser::LaserTimer;
 use crate::led_strip::LedTimer;
 use crate::pins::{PinError, PinSpec, Pins, table};
 
@@ -65,6 +66,12 @@ impl Pwm {
     /// been given away.
     pub fn give_away(&mut self, timer: usize) -> Option<LedTimer> {
         self.timers.get_mut(timer)?.take().map(|_| LedTimer(timer))
+    }
+
+    /// Gives a timer (0 or 1) to the laser: nothing here touches it any more. `None` when it has been given
+    /// away.
+    pub fn give_to_laser(&mut self, timer: usize) -> Option<LaserTimer> {
+        self.timers.get_mut(timer)?.take().map(|_| LaserTimer(timer))
     }
 
     /// Runs a timer (0 or 1) at `rate_hz`, 4 Hz to 200 kHz, with all channels off.

@@ -29,8 +29,8 @@ use motion::queue::{StepEvent, StepQueue};
 use stm32h7xx_hal::pac;
 use units::{MAX_ACTUATORS, STEP_CLOCK_HZ};
 
-use crate::memory;
 use crate::pins::FastPin;
+use crate::{laser, memory};
 
 /// An event played later than this counts as late: 250 ns.
 const LATE_TICKS: i32 = 50;
@@ -239,6 +239,15 @@ fn turn(motor: &Motor, forward: bool) {
     write(&motor.direction_register, if forward { word } else { word.rotate_left(16) });
 }
 
+/// Outputs what an event that is no step says: a direction, or the power of the laser.
+#[inline(always)]
+fn turn_or_burn(motor: &Motor, event: StepEvent) {
+    match event.laser_duty() {
+        Some(duty) => laser::play(duty),
+        None => turn(motor, event.is_forward()),
+    }
+}
+
 /// Interrupt handler: ends pulses, plays due events, arms the timer for the next event.
 #[unsafe(export_name = "TIM2")]
 #[unsafe(link_section = ".itcm.step")]
@@ -252,7 +261,7 @@ extern "C" fn on_step_timer() {
         if due {
             let motor = &SHARED.motors[event.motor()];
             if event.is_turn() {
-                turn(motor, event.is_forward());
+                turn_or_burn(motor, event);
             } else {
                 toggle(motor);
             }
@@ -293,7 +302,7 @@ extern "C" fn play_carefully() {
 fn act(event: StepEvent, pulsed: u32) -> bool {
     let motor = &SHARED.motors[event.motor()];
     if event.is_turn() {
-        turn(motor, event.is_forward());
+        turn_or_burn(motor, event);
         return true;
     }
     let bit = 1 << event.motor();
@@ -406,6 +415,11 @@ fn catch_up(careful: u32) {
                 SHARED.careful.store(careful & !CATCHING_UP, Ordering::Relaxed);
             }
             return false;
+        }
+        if let Some(duty) = event.laser_duty() {
+            // Power is played late rather than never, and needs no distance from what was before it.
+            laser::play(duty);
+            return true;
         }
         let (bit, spacing) = (1 << event.motor(), &SHARED.spacings[event.motor()]);
         let caught = SHARED.caught.load(Ordering::Relaxed);

@@ -4,13 +4,14 @@
 use core::fmt::Write;
 
 use base::ports::{
-    Ahead, Board, BoardInfo, DriversPort, FilesPort, HeatPort, InputLevels, Inputs, LightPort, MemoryReport,
-    MotionPort, PinPort, PinTaken, Start, StepTimes, Storage, Workspace,
+    Ahead, Board, BoardInfo, DriversPort, FilesPort, HeatPort, InputLevels, Inputs, MemoryReport, MotionPort, PinPort,
+    PinTaken, Start, StepTimes, Storage, Workspace,
 };
 use base::sessions::{Consoles, SessionProfile};
 use base::sessions::{Inbox, SessionId};
 use base::supervisor::{Supervisor, SupervisorPort};
 use base::watchdog::Reporter;
+use bsp_prime::laser::Laser;
 use bsp_prime::led_strip::LedSender;
 use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::Rtc;
@@ -42,6 +43,7 @@ use crate::{executor, usb, workspace};
 
 mod calendar;
 mod computer;
+mod lights;
 mod network;
 mod rest;
 mod updates;
@@ -114,6 +116,7 @@ pub struct BoardPorts<L: Locks> {
     inputs: Vec<(u8, Input), MAX_INPUTS>,
     /// Timer and channel of each strip of lights.
     strips: [Option<(usize, usize)>; config::MAX_STRIPS],
+    laser: Option<Laser>,
     reset_at: Option<Micros>,
     /// Time since which the bus is silent while a computer has the card.
     silent_since: Option<Micros>,
@@ -142,6 +145,7 @@ impl<L: Locks> BoardPorts<L> {
             open: [false; 2],
             inputs: Vec::new(),
             strips: Default::default(),
+            laser: None,
             reset_at: None,
             silent_since: None,
             plan,
@@ -204,7 +208,7 @@ impl<L: Locks> BoardPorts<L> {
     }
 
     fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
-        let (owned, heat, strips) = (&mut self.owned, &mut self.shared.heat, &mut self.strips);
+        let (owned, heat, strips, laser) = (&mut self.owned, &mut self.shared.heat, &mut self.strips, &mut self.laser);
         // A longer lock than others, and still some microseconds only: the calibration begun at power-on is
         // over. No heater is on yet.
         heat.lock(|heat| wiring::temperatures(config, owned.pins, &mut heat.io, report));
@@ -223,6 +227,7 @@ impl<L: Locks> BoardPorts<L> {
                     *slot = Some((timer.wrapping_sub(1), channel.wrapping_sub(1)));
                 }
             }
+            *laser = wiring::laser(config, owned.pins, pwm, report);
             *strips = wiring::led_strips(config, owned.pins, pwm, &mut owned.led_sender, report);
         });
     }
@@ -268,16 +273,6 @@ impl<L: Locks> HeatPort for BoardPorts<L> {
 
     fn run_heat_now(&mut self) {
         bsp_prime::time::pend_heat_tick();
-    }
-}
-
-impl<L: Locks> LightPort for BoardPorts<L> {
-    fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
-        match self.strips.get(strip).copied().flatten() {
-            Some((timer, channel)) => self.owned.led_sender.send(timer, channel, bytes),
-            // A strip without wiring never sends, so nobody need ask again.
-            None => true,
-        }
     }
 }
 

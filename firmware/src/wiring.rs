@@ -4,6 +4,7 @@
 //! left inactive; the rest goes on, so that one reading of the console shows all that is wrong.
 
 use base::ports::Input as MachineInput;
+use bsp_prime::laser::{Drive, Laser};
 use bsp_prime::pins::{Input, Output, PinSpec, Pins, table};
 use bsp_prime::step_engine::MotorLines;
 use bsp_prime::uart::UartPort;
@@ -256,7 +257,8 @@ pub fn switch_outputs(
     report: &mut Report<'_>,
 ) {
     for (timer, rate) in config.pwm_frequency_hz.iter().enumerate() {
-        if let Some(rate) = rate.filter(|_| !config.timer_sends(timer as u8 + 1)) {
+        let number = timer as u8 + 1;
+        if let Some(rate) = rate.filter(|_| !config.timer_sends(number) && !config.timer_burns(number)) {
             pwm.start(timer, rate);
         }
     }
@@ -276,6 +278,30 @@ pub fn switch_outputs(
             None => {}
         }
     }
+}
+
+/// Sets up the laser, off and locked.
+pub fn laser(
+    config: &MachineConfig,
+    pins: &mut Pins,
+    pwm: &mut bsp_prime::pwm::Pwm,
+    report: &mut Report<'_>,
+) -> Option<Laser> {
+    let settings = config.laser.enable.then_some(&config.laser)?;
+    let output = settings.pwm_pin?;
+    let timer = pwm.give_to_laser(usize::from(output.timer).wrapping_sub(1))?;
+    let gate = match settings.ttl_pin {
+        Some(pin) => Some(report.take(pins.fast_output(spec(pin), "[laser] ttl_pin"))?),
+        None => None,
+    };
+    let drive = Drive {
+        frequency_hz: settings.frequency_hz,
+        is_inverted: settings.inverted,
+        is_open_drain: settings.open_drain,
+        is_pulled_up: settings.pullup,
+    };
+    let channel = usize::from(output.channel).wrapping_sub(1);
+    report.take(Laser::set_up(timer, channel, drive, gate, pins, "[laser] pwm_pin"))
 }
 
 /// Returns timer and channel of each strip of lights. A timer that sends to strips does nothing else.

@@ -15,6 +15,7 @@ mod golden;
 mod hold;
 mod homing;
 mod images;
+mod laser;
 mod led_strips;
 mod network;
 mod operation;
