@@ -80,51 +80,71 @@ fn the_mill_keeps_its_work_offset() {
 }
 
 fn laser_duty(bench: &Bench) -> f64 {
-    bench.world(|world| world.pwm_duty(0, 0))
+    bench.world(|world| f64::from(world.laser().duty()) / f64::from(u16::MAX))
 }
 
-/// Power is on only between M3 and M5, and a halt takes it away.
+/// Files of senders, in their exact form, run to their end without a message.
 #[test]
-fn the_laser_cuts_with_the_power_it_is_told() {
+fn files_of_laser_senders_run_to_their_end() {
+    for (name, text) in [
+        ("lightburn_cut.gc", include_str!("data/lasers/lightburn_cut.gc")),
+        ("lightburn_scan.gc", include_str!("data/lasers/lightburn_scan.gc")),
+        ("lightburn_smoothie.gc", include_str!("data/lasers/lightburn_smoothie.gc")),
+        ("lightburn_cluster.gc", include_str!("data/lasers/lightburn_cluster.gc")),
+        ("lasergrbl.nc", include_str!("data/lasers/lasergrbl.nc")),
+        ("rayforge.gcode", include_str!("data/lasers/rayforge.gcode")),
+    ] {
+        let is_grbl = !name.starts_with("lightburn_smoothie") && !name.starts_with("lightburn_cluster");
+        let smoothie = LASER.replace("grbl_mode = true", "grbl_mode = false").replace("= 1000 ", "= 1 ");
+        let smoothie = smoothie.replace("= M8", "= M106").replace("= M9", "= M107");
+        let mut bench = start(if is_grbl { LASER } else { &smoothie });
+        assert_eq!(bench.say(if is_grbl { "$H" } else { "G28" }), "ok\n");
+        // Streamed, with an ok for each line.
+        for line in text.lines() {
+            assert_eq!(bench.say(line), "ok\n", "{name}: {line}");
+        }
+        bench.hear(20.0);
+        assert!(bench.status().starts_with("<Idle"), "{name}: {}", bench.status());
+        assert_eq!(laser_duty(&bench), 0.0, "{name}");
+        // From the card.
+        bench.write_card(name, text.as_bytes());
+        let said = bench.say(&format!("play /sd/{name}"));
+        assert!(!said.contains("error"), "{name}: {said}");
+        let said = bench.hear(30.0);
+        assert!(!said.contains("error") && !said.contains("paused"), "{name}: {said}");
+        assert!(bench.status().starts_with("<Idle"), "{name}: {}", bench.status());
+    }
+}
+
+#[test]
+fn a_beam_to_focus_with_ends_by_itself_and_by_a_halt() {
     let mut bench = start(LASER);
+    bench.say("fire 2");
+    bench.hear(0.5);
+    assert!((laser_duty(&bench) - 0.02).abs() < 1e-4, "{}", laser_duty(&bench));
+    bench.hear(0.6);
     assert_eq!(laser_duty(&bench), 0.0);
-    assert_eq!(bench.say("$H"), "ok\n");
-    for line in ["G90 G21", "G0 X50 Y40", "M8", "M3 S40", "M400"] {
-        assert_eq!(bench.say(line), "ok\n", "{line}");
-    }
-    // M3 rides on the move before it: the output follows its end within a millisecond.
-    bench.hear(0.001);
-    assert!((laser_duty(&bench) - 0.4).abs() < 1e-6, "{}", laser_duty(&bench));
-    for line in ["G1 X70 F1200", "G3 X70 Y60 I0 J10", "G1 X50", "M5", "M400"] {
-        assert_eq!(bench.say(line), "ok\n", "{line}");
-    }
-    bench.hear(0.001);
-    assert_eq!(laser_duty(&bench), 0.0);
-    assert_near(bench.carriage(Alpha), 50.0, "x");
-    assert_near(bench.carriage(Beta), 60.0, "y");
-    bench.say("M3 S100");
+    bench.say("M221 S50 P0 R2000");
+    assert!(bench.say("M221").contains("Laser power:  50.00 %, disable auto power: 0"));
+    bench.say("fire 100 60000");
     bench.say("M112");
-    bench.hear(0.001);
     assert_eq!(laser_duty(&bench), 0.0, "a halt is off");
 }
 
-/// While the door is open nothing burns, whatever is typed; what was typed is done when it is closed.
+/// While the door is open nothing burns, whatever is typed.
 #[test]
 fn an_open_door_keeps_the_laser_off() {
     let mut bench = start(LASER);
-    bench.say("M3 S40");
+    bench.say("fire 40 60000");
     bench.hear(0.01);
-    assert!((laser_duty(&bench) - 0.4).abs() < 1e-6);
+    assert!((laser_duty(&bench) - 0.4).abs() < 1e-4);
     bench.send(&[0x84]);
     bench.hear(0.01);
     assert_eq!(laser_duty(&bench), 0.0);
     assert!(bench.status().starts_with("<Door"), "{}", bench.status());
-    bench.type_in("M3 S60\n");
-    assert!(!bench.hear(0.5).contains("ok"));
-    assert_eq!(laser_duty(&bench), 0.0, "it burns with an open door");
     bench.type_in("~");
     bench.hear(0.1);
-    assert!((laser_duty(&bench) - 0.6).abs() < 1e-6, "{}", laser_duty(&bench));
+    assert_eq!(laser_duty(&bench), 0.0, "the beam does not come back by itself");
 }
 
 #[test]
