@@ -239,15 +239,6 @@ fn turn(motor: &Motor, forward: bool) {
     write(&motor.direction_register, if forward { word } else { word.rotate_left(16) });
 }
 
-/// Outputs what an event that is no step says: a direction, or the power of the laser.
-#[inline(always)]
-fn turn_or_burn(motor: &Motor, event: StepEvent) {
-    match event.laser_duty() {
-        Some(duty) => laser::play(duty),
-        None => turn(motor, event.is_forward()),
-    }
-}
-
 /// Interrupt handler: ends pulses, plays due events, arms the timer for the next event.
 #[unsafe(export_name = "TIM2")]
 #[unsafe(link_section = ".itcm.step")]
@@ -256,18 +247,34 @@ extern "C" fn on_step_timer() {
         return play_carefully();
     }
     acknowledge();
+    let mut burns = false;
     SHARED.queue.play_on_this_core(|event| {
         let due = is_due(event.at);
         if due {
             let motor = &SHARED.motors[event.motor()];
             if event.is_turn() {
-                turn_or_burn(motor, event);
+                if event.laser_duty().is_some() {
+                    // No call from here: the way of a step would save registers for it.
+                    burns = true;
+                    return false;
+                }
+                turn(motor, event.is_forward());
             } else {
                 toggle(motor);
             }
         }
         due
     });
+    if burns {
+        play_with_power();
+    }
+}
+
+/// Plays what is due from a power of the laser on, where no motor needs pulses.
+#[inline(never)]
+#[unsafe(link_section = ".itcm.power")]
+extern "C" fn play_with_power() {
+    SHARED.queue.play_on_this_core(|event| is_due(event.at) && act(event, 0));
 }
 
 /// Plays events as `play` does, for motors that need pulses, or after something was late. If motors need
@@ -302,7 +309,10 @@ extern "C" fn play_carefully() {
 fn act(event: StepEvent, pulsed: u32) -> bool {
     let motor = &SHARED.motors[event.motor()];
     if event.is_turn() {
-        turn_or_burn(motor, event);
+        match event.laser_duty() {
+            Some(duty) => laser::play(duty),
+            None => turn(motor, event.is_forward()),
+        }
         return true;
     }
     let bit = 1 << event.motor();
