@@ -309,10 +309,7 @@ extern "C" fn play_carefully() {
 fn act(event: StepEvent, pulsed: u32) -> bool {
     let motor = &SHARED.motors[event.motor()];
     if event.is_turn() {
-        match event.laser_duty() {
-            Some(duty) => laser::play(duty),
-            None => turn(motor, event.is_forward()),
-        }
+        event.laser_duty().map_or_else(|| turn(motor, event.is_forward()), |duty| laser::play(duty));
         return true;
     }
     let bit = 1 << event.motor();
@@ -425,11 +422,6 @@ fn catch_up(careful: u32) {
                 SHARED.careful.store(careful & !CATCHING_UP, Ordering::Relaxed);
             }
             return false;
-        }
-        if let Some(duty) = event.laser_duty() {
-            // Power is played late rather than never, and needs no distance from what was before it.
-            laser::play(duty);
-            return true;
         }
         let (bit, spacing) = (1 << event.motor(), &SHARED.spacings[event.motor()]);
         let caught = SHARED.caught.load(Ordering::Relaxed);
