@@ -125,10 +125,10 @@ mod tests {
     #[test]
     fn the_least_power_is_a_duty_of_motion() {
         let mut config = machine(255.0);
-        (config.laser.minimum_power, config.laser.on_delay_us) = (0.2, -20.0);
+        (config.laser.minimum_power, config.laser.on_delay_us) = (0.2, 20.0);
         let of = LaserScale::new(&config).in_motions_terms(&config).expect("a laser");
         assert!((of.least - 0.2).abs() < 1e-6 && of.most == 0.8 && of.is_valid());
-        assert_eq!((of.on_delay, of.off_delay), (-4_000, 0));
+        assert_eq!((of.on_delay, of.off_delay), (4_000, 0));
         assert_eq!(LaserScale::default().in_motions_terms(&config), None);
     }
 }

@@ -71,6 +71,7 @@ mod app {
     use bsp_prime::uart::UartInterrupt;
     use bsp_prime::watchdog::Watchdog;
     use bsp_prime::{Board, kept, rtt, sd, trigger};
+    use motion::laser::PowerStore;
     use motion::{BlockRing, FeedSchedule, Motion, Store};
     use units::Ticks;
 
@@ -96,6 +97,10 @@ mod app {
 
     /// The look-ahead queue, in DTCM as every static without a section of its own.
     static mut BLOCKS: BlockRing = BlockRing::new();
+
+    /// Places of a laser's power along the path: looked at by the core alone. All zero, as the section is.
+    #[unsafe(link_section = ".itcm_data")]
+    static mut POWER: PowerStore = PowerStore::new();
 
     /// Creates the one motion object.
     fn motion() -> Motion {
@@ -145,6 +150,10 @@ mod app {
             Ok(board) => board,
             Err(error) => fault::board_failed(error),
         };
+        let power = &raw mut POWER;
+        // SAFETY: `init` runs once, and the static has no other user. `Board::take` has zeroed the section,
+        // which is what the static is at first.
+        motion.give_power_store(unsafe { &mut *power });
         let identity = &board.identity;
         // RTT is started only here, or by a board that did not come up.
         let Some(ends) = rtt::start() else { fault::reset_as_asked() };

@@ -1,6 +1,7 @@
 //! A file on its way through a preflight: the program's state, and the totals so far.
 
 use base::failure::{ShortText, Texts};
+use base::laser::LaserScale;
 use base::motion_config::motion_config;
 use base::program_setup;
 use base::safety::travel::Travel;
@@ -214,6 +215,8 @@ impl<'c> Preflight<'c> {
     ) -> Result<Self, config::ArmSolution> {
         let own = motion_config(config)?;
         motion.configure_to_pass(&own).map_err(|_| config.motion.arm_solution)?;
+        // The machine says at boot which laser motion does not take, and goes without it.
+        let _ = motion.configure_laser(LaserScale::new(config).in_motions_terms(config));
         let mut preflight = Self::of_nothing(config, texts, program);
         preflight.settling = Motion::settling(&own);
         for (slot, (_, heater)) in preflight.most_celsius.iter_mut().zip(config.heaters()) {

@@ -51,10 +51,9 @@ settings! {
         /// Rate of power updates.
         "proportional_power_frequency" = integer("10000", &(0, 1_000_000)).unit("Hz")
             .support(&Support::Needless { why: "power follows the speed in steps of at most 2 percent, at their places" });
-        /// The output goes on so much later than the path says; negative: earlier, for a laser that lights
-        /// up late.
+        /// The output goes on so much later than the path says, as for a laser that goes off late.
         "on_delay" on_delay_us: f64 = number("0", DELAY).unit("us").velvet();
-        /// The output goes off so much later than the path says; negative: earlier.
+        /// The output goes off so much later than the path says, as for a laser that lights up late.
         "off_delay" off_delay_us: f64 = number("0", DELAY).unit("us").velvet();
         /// What the laser makes of a duty, as duty and power, each from 0 to 1 and ascending, the duty
         /// counted from minimum_power to maximum_power: 0.1,0 0.5,0.3 1,1. Empty: power is proportional to
@@ -69,7 +68,7 @@ settings! {
     }
 }
 
-const DELAY: &(f64, f64) = &(-10_000.0, 10_000.0);
+const DELAY: &(f64, f64) = &(0.0, 20_000.0);
 
 impl LaserConfig {
     /// Returns the names of the interlocks, without blanks.

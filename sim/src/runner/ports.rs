@@ -93,12 +93,12 @@ impl HeatPort for HostPorts<'_> {
 impl LaserPort for HostPorts<'_> {
     fn lock_laser(&mut self, is_locked: bool) {
         let simulation = &self.shared.simulation;
-        simulation.world.borrow_mut().laser().lock(simulation.now_ns.get(), is_locked);
+        simulation.world.borrow_mut().lock_laser(simulation.now_ns.get(), is_locked);
     }
 
     fn set_laser(&mut self, duty: u16) {
         let simulation = &self.shared.simulation;
-        simulation.world.borrow_mut().laser().set(simulation.now_ns.get(), duty);
+        simulation.world.borrow_mut().set_laser(simulation.now_ns.get(), duty);
     }
 
     fn set_laser_frequency(&mut self, _: u32) {

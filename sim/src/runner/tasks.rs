@@ -10,7 +10,6 @@ use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
 use super::shared::Shared;
 use super::verify::{Watch, Watched};
-use crate::trace::PowerChange;
 use crate::world::World;
 
 /// The period of the board's fastest periodic tasks.
@@ -278,7 +277,7 @@ impl Tasks {
     fn play(&mut self, shared: &Shared, event: motion::queue::StepEvent, at_ns: u64) {
         let mut world = shared.simulation.world.borrow_mut();
         if let Some(duty) = event.laser_duty() {
-            return world.laser().set(at_ns, duty);
+            return world.set_laser(at_ns, duty);
         }
         for actuator in Actuator::ALL {
             if event.turning_forward() & actuator.bit() != 0 {
