@@ -108,3 +108,91 @@ fn status_reports_tell_the_power() {
     bench.say("M5");
     assert!(bench.status().contains("|FS:0,0"));
 }
+
+/// Power that left the output since the last look: times in seconds, and duties.
+fn changes(bench: &mut Bench) -> Vec<(f64, u16)> {
+    let changes = bench.world(|world| world.trace_mut().take_power());
+    changes.iter().map(|change| (change.time_ns as f64 * 1e-9, change.duty)).collect()
+}
+
+/// Starts a machine at X50 that may home, probe and jog.
+fn placed() -> Bench {
+    let mut bench = plan().adding("\n[safety door]\nenable = true\npin = PJ6^\n").start();
+    bench.run(&["G28.3 X50 Y50 Z10"]);
+    bench
+}
+
+#[test]
+fn moves_that_cut_have_power_and_nothing_else_has() {
+    let mut bench = placed();
+    bench.run(&["M3 S500", "G1 X60 F1200", "G4 P0"]);
+    let made = changes(&mut bench);
+    assert_eq!(made.iter().map(|(_, duty)| *duty).collect::<Vec<_>>(), [32_768, 0], "on along the move, off at rest");
+    // Half a second at 20 mm/s, and its ramps.
+    let lasted = made[1].0 - made[0].0;
+    assert!((0.5..0.8).contains(&lasted), "{lasted}");
+    for dark in ["G0 X70", "$J=G91 X5 F1200", "G1 X60 S0 F1200", "$H"] {
+        let edges = bench.world(|world| world.trace().total());
+        bench.say(dark);
+        bench.hear(3.0);
+        assert!(bench.world(|world| world.trace().total()) > edges, "{dark} moves");
+        assert_eq!(changes(&mut bench), [], "{dark}");
+    }
+    // S stays over M5 and M3, and alone on a line it is the next move's.
+    bench.run(&["G0 X50 Y50", "M5", "G1 X55 F1200", "G4 P0"]);
+    assert_eq!(changes(&mut bench), []);
+    bench.run(&["M3 S500", "S250", "G1 X60", "G4 P0"]);
+    assert_eq!(changes(&mut bench).first().map(|(_, duty)| *duty), Some(16_384));
+    // M4 follows the speed: from nothing, up in small steps, down to nothing.
+    bench.run(&["M4 S1000", "G1 X90 F3000", "G4 P0"]);
+    let duties: Vec<u16> = changes(&mut bench).into_iter().map(|(_, duty)| duty).collect();
+    assert!(duties.len() > 50 && duties.iter().max() == Some(&65_535) && duties.last() == Some(&0), "{duties:?}");
+    assert!(duties.windows(2).all(|pair| pair[0].abs_diff(pair[1]) <= 1_500), "steps of 2 % at most: {duties:?}");
+}
+
+#[test]
+fn a_hold_takes_the_power_down_with_the_speed_and_brings_it_back() {
+    let mut bench = placed();
+    bench.run(&["M3 S500"]);
+    bench.type_in("G1 X190 F3000\n");
+    bench.hear(1.0);
+    changes(&mut bench);
+    let held_s = bench.now_s();
+    bench.type_in("!");
+    bench.hear(1.0);
+    let made = changes(&mut bench);
+    assert!(bench.status().starts_with("<Hold:0"), "{}", bench.status());
+    assert!(made[0].0 - held_s < 0.003, "it begins with the brake: {}", made[0].0 - held_s);
+    assert!(made.windows(2).all(|pair| pair[1].1 < pair[0].1) && made.last().is_some_and(|last| last.1 == 0));
+    bench.type_in("~");
+    bench.hear(1.0);
+    assert_eq!(changes(&mut bench).last().map(|(_, duty)| *duty), Some(32_768), "the same S goes on");
+}
+
+#[test]
+fn whatever_stops_the_machine_takes_the_power_off_at_once() {
+    type Cause = (&'static str, fn(&mut Bench));
+    const CAUSES: [Cause; 5] = [
+        ("M112", |bench| bench.type_in("M112\n")),
+        ("Ctrl-X", |bench| bench.type_in("\u{18}")),
+        ("the door", |bench| press(bench, "door", true)),
+        ("the door, by a byte", |bench| bench.send(&[0x84])),
+        ("an interlock", |bench| press(bench, "lid", true)),
+    ];
+    for (name, cause) in CAUSES {
+        let mut bench = placed();
+        bench.run(&["M3 S500"]);
+        bench.type_in("G1 X190 F3000\n");
+        bench.hear(1.0);
+        assert_eq!(duty(&mut bench), 32_768, "{name}");
+        changes(&mut bench);
+        let began_s = bench.now_s();
+        cause(&mut bench);
+        bench.hear(0.05);
+        let made = changes(&mut bench);
+        let (off_s, last) = *made.last().expect("a change");
+        assert_eq!((last, duty(&mut bench)), (0, 0), "{name}: {made:?}");
+        println!("{name}: off after {:.0} us", (off_s - began_s) * 1e6);
+        assert!(off_s - began_s <= 0.000_8, "{name}: {} s", off_s - began_s);
+    }
+}
