@@ -82,8 +82,8 @@ extern "C" fn __pre_init() {
     )
 }
 
-/// Copies code and vectors to the ITCM, zeroes the three regions that `cortex-m-rt` does not know, sets the MPU
-/// and the caches.
+/// Copies code and vectors to the ITCM, zeroes the three regions that `cortex-m-rt` does not know, sets the
+/// MPU and the caches.
 ///
 /// Call once, before any interrupt is enabled and before anything in those regions is used.
 pub(crate) fn prepare(scb: &mut SCB, mpu: &mut MPU, cpuid: &mut CPUID, flash: FlashUse) {

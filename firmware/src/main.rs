@@ -109,6 +109,17 @@ mod app {
         unsafe { Motion::new(&mut *blocks, &mut *store) }
     }
 
+    /// Gives the motion object the processor's square root, and the memory of a laser's power. Call once, when
+    /// `Board::take` has zeroed that.
+    #[inline(never)]
+    fn equip(motion: &mut Motion) {
+        motion::use_square_root(&bsp_prime::fpu::SQUARE_ROOT);
+        let power = &raw mut POWER;
+        // SAFETY: called once, by `init`, and the static has no other user. The section is zeroed by now,
+        // which is what the static is at first.
+        motion.give_power_store(unsafe { &mut *power });
+    }
+
     /// Makes an object at its place. An initial value would lie in flash, and it is nearly all zeros; `init`
     /// itself would keep a copy on its stack.
     #[inline(never)]
@@ -145,15 +156,11 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let (motion, heat) = (made(cx.local.motion, motion), made(cx.local.heat, HeatControl::new));
-        motion::use_square_root(&bsp_prime::fpu::SQUARE_ROOT);
         let board = match Board::take(cx.core, cx.device) {
             Ok(board) => board,
             Err(error) => fault::board_failed(error),
         };
-        let power = &raw mut POWER;
-        // SAFETY: `init` runs once, and the static has no other user. `Board::take` has zeroed the section,
-        // which is what the static is at first.
-        motion.give_power_store(unsafe { &mut *power });
+        equip(motion);
         let identity = &board.identity;
         // RTT is started only here, or by a board that did not come up.
         let Some(ends) = rtt::start() else { fault::reset_as_asked() };

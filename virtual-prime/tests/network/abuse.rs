@@ -14,7 +14,8 @@ const PLACES: usize = 8;
 /// has to go while others wait (`net/src/streams.rs`).
 const HEAD_MS: u64 = 5 * SECOND;
 const GOES_MS: u64 = 500;
-/// Longest time until a computer asks for a connection once more by then, ms (RFC 6298: the double each time).
+/// Longest time until a computer asks for a connection once more by then, ms (RFC 6298: the double each
+/// time).
 const ASKS_AGAIN_MS: u64 = 4 * SECOND;
 
 /// What a visitor sends at once, and the beginning of the answer that it must get if it gets one.
