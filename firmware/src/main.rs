@@ -109,8 +109,8 @@ mod app {
         unsafe { Motion::new(&mut *blocks, &mut *store) }
     }
 
-    /// Gives the motion object the processor's square root, and the memory of a laser's power. Call once, when
-    /// `Board::take` has zeroed that.
+    /// Gives the motion object the processor's square root, and the memory of a laser's power. Call once,
+    /// when `Board::take` has zeroed that.
     #[inline(never)]
     fn equip(motion: &mut Motion) {
         motion::use_square_root(&bsp_prime::fpu::SQUARE_ROOT);

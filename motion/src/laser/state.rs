@@ -221,7 +221,7 @@ impl Laser {
             store.pending.clear();
             store.changes.clear();
         }
-        self.growth = Growth::NONE;
+        self.growth.moves = 0;
         (self.entries, self.level, self.fade) = (Entries::default(), 0, 0.0);
         (self.law, self.sent, self.is_sent_known, self.shown) = (Law::OFF, Law::OFF, false, 0.0);
     }

@@ -8,7 +8,6 @@ use units::PerAxis;
 
 use super::{Motion, State};
 use crate::{
-    laser::Growth,
     moves::{Corner, Move, Part, Refusal},
     path::Curve,
     planner::MOST_OF_DETOUR,
@@ -86,7 +85,7 @@ impl Motion {
         self.run = None;
         let (planned, last) = (self.planned, self.last);
         let behind = self.planner.open(of_queue);
-        self.laser.growth = Growth::NONE;
+        self.laser.growth.moves = 0;
         self.settle_at(here);
         let taken = way.iter().try_for_each(|request| self.accept(request, MOST_OF_DETOUR));
         self.end_growth();

@@ -101,13 +101,14 @@ impl Motion {
 
     /// Lets the block just appended grow, if it is a straight working move of X, Y and Z that adds `unit` to
     /// each axis for a millimetre.
+    #[inline(never)]
     pub(super) fn begin_growth(&mut self, request: &Move, origin: PerAxis<f64>, unit: &PerAxis<f64>) {
-        self.laser.growth = Growth::NONE;
+        self.laser.growth.moves = 0;
         let [x, y, z, others @ ..] = unit.0;
         let only_primary = others.iter().all(|part| *part == 0.0);
         let is_plain = request.mode == Mode::Feed && request.corner != Corner::Stop && only_primary;
         // The plan of a cruise ratio knows no reserve.
-        if self.laser.config.is_none() || !is_plain || self.planner.keeps_cruise_ratio() {
+        if !is_plain || self.planner.keeps_cruise_ratio() {
             return;
         }
         let Some(length) = self.planner.ahead(self.planner.len().wrapping_sub(1)).map(|block| block.length) else {
@@ -130,7 +131,7 @@ impl Motion {
     /// The last block grows no more; only a corner behind it may yet take its share.
     pub(super) fn end_growth(&mut self) {
         if self.laser.growth.moves > 0 {
-            self.laser.growth = Growth::NONE;
+            self.laser.growth.moves = 0;
             let line = self.last.as_ref().and_then(|last| last.line);
             self.planner.set_reserve(line.map_or(0.0, |(_, length)| MOST_CUT * length));
         }

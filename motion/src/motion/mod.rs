@@ -41,7 +41,7 @@ use crate::{
     feed_schedule::Lead,
     filters::{Filters, History},
     knots::{countable_within, is_countable, nearest_step, step_positions},
-    laser::{Growth, Laser, Power},
+    laser::{Laser, Power},
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
@@ -354,7 +354,7 @@ impl Motion {
         self.place = position;
         self.planned = position;
         self.last = None;
-        self.laser.growth = Growth::NONE;
+        self.laser.growth.moves = 0;
         self.filters.settle(position, self.clock);
         if let Some(config) = &self.config {
             self.knots = step_positions(config, &self.compensation.motors(&position));
@@ -376,7 +376,7 @@ impl Motion {
     pub fn flush(&mut self) {
         self.flushed = self.planner.pushed();
         // A block that may run now does not grow, and is not shortened any more for a rounded corner.
-        self.laser.growth = Growth::NONE;
+        self.laser.growth.moves = 0;
         self.planner.set_reserve(0.0);
         if let Some(last) = &mut self.last {
             last.line = None;

@@ -4,7 +4,6 @@ use super::{Motion, State};
 use crate::{
     greatest,
     jerk_limited::{Ahead, Draft},
-    laser::Growth,
     least,
     profile::Profile,
     square_root,
@@ -66,7 +65,7 @@ impl Motion {
         self.timeline.clear(self.planner.pushed());
         self.planned = self.place;
         self.last = None;
-        (self.laser.growth, self.laser.fade) = (Growth::NONE, 0.0);
+        (self.laser.growth.moves, self.laser.fade) = (0, 0.0);
         self.resting = true;
         self.state = State::Running;
     }

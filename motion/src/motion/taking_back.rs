@@ -17,7 +17,6 @@ use units::{Axis, MAX_AXES, PerAxis};
 use super::Motion;
 use crate::{
     filters::{Place, Source, is_before, moves},
-    laser::Growth,
     least,
     path::{Curve, Path},
     planner::{Block, ROUNDING},
@@ -144,7 +143,7 @@ impl Motion {
         }
         // A block that is executed again does not grow, and is not shortened any more for a rounded corner.
         if self.laser.growth.block == source.block {
-            self.laser.growth = Growth::NONE;
+            self.laser.growth.moves = 0;
         }
         if let Some(last) = &mut self.last {
             last.line = None;

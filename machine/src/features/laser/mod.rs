@@ -20,7 +20,6 @@ use units::Micros;
 use crate::features::state::States;
 use crate::machine::feed_hold::FeedHoldHands;
 use crate::machine::moments::{JobStart, Moments};
-use crate::machine::source::Source;
 use crate::machine::{Machine, feed_hold};
 
 /// Laser, and what decides on it.
@@ -98,10 +97,6 @@ impl<'c, M: LaserHands<'c>> Moments<M> for Feature {
     }
 
     fn session_line_begins(hands: &mut M) {
-        end(hands);
-    }
-
-    fn block_begins(hands: &mut M, _source: Source) {
         end(hands);
     }
 
