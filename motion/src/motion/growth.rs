@@ -99,10 +99,25 @@ impl Motion {
         Ok(true)
     }
 
+    /// Returns the beginning of the block that is about to be appended, behind a `corner` if one is rounded.
+    /// `None` without a laser: no block will grow.
+    #[inline(always)]
+    pub(super) fn growth_origin(&self, corner: Option<PerAxis<f64>>) -> Option<PerAxis<f64>> {
+        self.laser.config.is_some().then(|| corner.unwrap_or(self.planned))
+    }
+
+    /// Lets the block just appended grow from its beginning, if that is given.
+    #[inline(always)]
+    pub(super) fn begin_growth(&mut self, request: &Move, origin: Option<PerAxis<f64>>, unit: &PerAxis<f64>) {
+        if let Some(origin) = origin {
+            self.grow_from(request, origin, unit);
+        }
+    }
+
     /// Lets the block just appended grow, if it is a straight working move of X, Y and Z that adds `unit` to
     /// each axis for a millimetre.
     #[inline(never)]
-    pub(super) fn begin_growth(&mut self, request: &Move, origin: PerAxis<f64>, unit: &PerAxis<f64>) {
+    fn grow_from(&mut self, request: &Move, origin: PerAxis<f64>, unit: &PerAxis<f64>) {
         self.laser.growth.moves = 0;
         let [x, y, z, others @ ..] = unit.0;
         let only_primary = others.iter().all(|part| *part == 0.0);

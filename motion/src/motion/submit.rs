@@ -107,17 +107,13 @@ impl Motion {
             envelope.length -= rounding.cut;
             self.round(&rounding, straight);
         }
-        // Only a laser's moves grow: others need not even know where this one begins.
-        let has_laser = self.laser.config.is_some();
-        let origin = has_laser.then(|| rounding.map_or(self.planned, |rounding| rounding.to));
+        let origin = self.growth_origin(rounding.map(|rounding| rounding.to));
         self.push(&envelope, Exit::straight(envelope.primary), straight);
         if let (Some(last), Some(_), Corner::Rounded(_)) = (&mut self.last, envelope.primary, request.corner) {
             last.line = Some((unit, length));
             self.planner.set_reserve(MOST_CUT * length);
         }
-        if let Some(origin) = origin {
-            self.begin_growth(straight, origin, &unit);
-        }
+        self.begin_growth(straight, origin, &unit);
         Ok(())
     }
 
