@@ -7,6 +7,7 @@
 
 use core::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, Ordering};
 
+use motion::queue::StepEvent;
 use stm32h7xx_hal::pac;
 
 use crate::clocks::TIMER_HZ;
@@ -214,6 +215,18 @@ pub(crate) extern "C" fn play(duty: u16) {
     write(&SHARED.generate, UPDATE);
     let on = SHARED.gate_on.load(Ordering::Relaxed);
     write(&SHARED.gate, if compare == 0 { on.rotate_left(16) } else { on });
+}
+
+/// Returns the laser's duty of an event whose pins have been written, as a motor's turn: the laser's place
+/// has none. Looked at only then, so that a turn is as quick as a step: both are only as far apart as the
+/// driver asks.
+#[inline(always)]
+pub(crate) fn duty_behind_pins(event: StepEvent) -> Option<u16> {
+    let mut word = event.word;
+    // SAFETY: no instruction. The compiler orders it behind the write of the pin, and what needs the word
+    // behind it.
+    unsafe { core::arch::asm!("/* {0} */", inout(reg) word, options(nostack, preserves_flags)) };
+    StepEvent { word, ..event }.laser_duty()
 }
 
 /// Forces the outputs of both PWM timers inactive, and the laser's gate off: for faults, from any context,

@@ -253,15 +253,12 @@ extern "C" fn on_step_timer() {
         if due {
             let motor = &SHARED.motors[event.motor()];
             if event.is_turn() {
-                if event.laser_duty().is_some() {
-                    // No call from here: the way of a step would save registers for it.
-                    burns = true;
-                    return false;
-                }
                 turn(motor, event.is_forward());
-            } else {
-                toggle(motor);
+                // No call from here: the way of a step would save registers for it.
+                burns = laser::duty_behind_pins(event).is_some();
+                return !burns;
             }
+            toggle(motor);
         }
         due
     });
@@ -309,7 +306,10 @@ extern "C" fn play_carefully() {
 fn act(event: StepEvent, pulsed: u32) -> bool {
     let motor = &SHARED.motors[event.motor()];
     if event.is_turn() {
-        event.laser_duty().map_or_else(|| turn(motor, event.is_forward()), |duty| laser::play(duty));
+        turn(motor, event.is_forward());
+        if let Some(duty) = laser::duty_behind_pins(event) {
+            laser::play(duty);
+        }
         return true;
     }
     let bit = 1 << event.motor();
