@@ -58,7 +58,7 @@ pub struct LaserTimer(pub(crate) usize);
 pub struct Drive {
     /// Frequency of the duty, 4 Hz to 50 kHz.
     pub frequency_hz: u32,
-    /// On is low.
+    /// The pin is low while the laser is on, and high while it is off.
     pub is_inverted: bool,
     /// The output only pulls low.
     pub is_open_drain: bool,

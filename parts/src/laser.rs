@@ -15,7 +15,7 @@ const USUAL: Micros = Micros::from_seconds(1);
 /// Longest time of a beam at rest.
 const LONGEST: Micros = Micros::from_seconds(60);
 
-/// Beam at rest.
+/// Beam that `fire` has lit while the machine stands.
 #[derive(Clone, Copy, Debug)]
 struct Fire {
     duty: u16,
@@ -72,12 +72,13 @@ impl Beam {
     }
 
     /// Has the beam at rest follow time, and the duty that the program asks for without laser mode. No beam
-    /// stays for longer than a minute.
+    /// stays for longer than a minute, and one that `fire` asked for ends as the machine moves, whatever has
+    /// it move: it must not come back at another place.
     pub fn look(&mut self, port: &mut impl LaserPort, now: Micros, rests: bool, asked: u16) {
         if self.asked.0 != asked {
             self.asked = (asked, now);
         }
-        self.fire = self.fire.filter(|fire| now < fire.until);
+        self.fire = self.fire.filter(|fire| rests && now < fire.until);
         let is_fresh = now < self.asked.1.plus(LONGEST);
         let duty = self.fire.map_or(if is_fresh { asked } else { 0 }, |fire| fire.duty);
         self.give(port, if rests && self.is_unlocked { duty } else { 0 });
@@ -252,11 +253,16 @@ mod tests {
         beam.end(&mut port);
         beam.look(&mut port, at(2_001), true, 0);
         assert_eq!(port.duties[2..], [3_277, 0]);
+        assert!(beam.fire(&texts, &mut port, at(2_000), 1.0, "5 60000").is_ok());
+        beam.look(&mut port, at(2_001), false, 0);
+        beam.look(&mut port, at(2_002), true, 0);
+        assert_eq!(port.duties[4..], [3_277, 0], "a motion ends it for good");
+        port.duties.clear();
         assert!(beam.fire(&texts, &mut port, at(2_000), 1.0, "5").is_ok());
         beam.lock(&mut port, true);
         beam.lock(&mut port, true);
         beam.look(&mut port, at(2_001), true, 0);
-        assert_eq!((port.locked, port.duties.len()), (vec![false, true], 5), "the lock itself is off");
+        assert_eq!((port.locked, port.duties.len()), (vec![false, true], 1), "the lock itself is off");
     }
 
     #[test]

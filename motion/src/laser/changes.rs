@@ -47,7 +47,7 @@ impl Changes {
         Self { waiting: Ring::new(Change { at: 0, duty: 0 }), taken: Change { at: 0, duty: 0 } }
     }
 
-    /// The newest change.
+    /// The change of power that was added last.
     fn newest(&mut self) -> Change {
         self.waiting.last_mut().copied().unwrap_or(self.taken)
     }

@@ -19,7 +19,7 @@ impl Laser {
 }
 
 impl World {
-    /// Returns the laser.
+    /// Returns the output of the laser.
     #[must_use]
     pub const fn laser(&self) -> &Laser {
         &self.laser

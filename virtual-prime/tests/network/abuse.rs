@@ -18,7 +18,7 @@ const GOES_MS: u64 = 500;
 /// time).
 const ASKS_AGAIN_MS: u64 = 4 * SECOND;
 
-/// What a visitor sends at once, and the beginning of the answer that it must get if it gets one.
+/// Request of a visitor, and the beginning of the only answer that the board may give it.
 struct Nonsense {
     request: Vec<u8>,
     status: &'static str,
