@@ -77,12 +77,15 @@ fn homing_stops_every_axis_at_its_switch() {
     assert_eq!(velvet.world(|world| world.timing_faults()), 0, "direction changed too close to a step");
 }
 
-/// Job that homes, rests for half a second, and draws a square.
-const SQUARE: &str = "G28\nG4 P500\nG1 X60 Y60 F6000\nG1 X100\nG1 Y100\nG1 X60\nG1 Y60\nG4 P10\n";
+/// Job that rests for half a second and draws a square. Homing comes before it: each of its moves begins when
+/// the executor has seen the switch, so questions may move those starts.
+const SQUARE: &str = "G4 P500\nG1 X60 Y60 F6000\nG1 X100\nG1 Y100\nG1 X60\nG1 Y60\nG4 P10\n";
 
 /// Returns the edges of the square, from the first on, with this typed every so often while it runs.
 fn square(question: Option<&str>) -> Vec<StepEdge> {
     let mut velvet = Plan::new().file("square.g", SQUARE).start();
+    velvet.ask("G28", 60 * SECOND);
+    velvet.world(|world| world.trace_mut().take());
     velvet.ask("M23 square.g", SECOND);
     velvet.type_in("M24");
     for slice in 0..3_000 {
