@@ -4,14 +4,19 @@
 //! is written the period begins anew. So both edges are as exact as the step interrupt is, whatever the
 //! frequency. The step interrupt plays the power of moves ([`play`]); the executor locks the laser, and gives
 //! it power at rest. Locked, the timer forces its output inactive, so that no compare value counts.
+//!
+//! Power that is not renewed goes off: [`renew`] by the step feed, and for power at rest [`Laser::look`] by
+//! the executor, put off an interrupt that ends it.
 
 use core::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, Ordering};
 
 use motion::queue::StepEvent;
 use stm32h7xx_hal::pac;
+use units::{STEP_CLOCK_HZ, Ticks};
 
 use crate::clocks::TIMER_HZ;
 use crate::pins::{FastPin, PinError, PinSpec, Pins, Pull, table};
+use crate::time::{self, alarm};
 
 /// Most counts of a period: one less than a compare value of 16 bits can be, so that full power is above all.
 const MOST_PERIOD: u32 = 65_535;
@@ -20,6 +25,11 @@ const MOST_PERIOD: u32 = 65_535;
 /// 1. OCxPE = 0 in both: a compare value acts when it is written.
 const FORCED_INACTIVE: u32 = 0x40;
 const PWM_MODE_1: u32 = 0x60;
+
+/// Time by which a run of the step feed may be late before the power goes off.
+const LATE_US: u32 = 250;
+/// Time within which the executor has to look at its power at rest.
+const LOOKS_WITHIN_US: u32 = 100_000;
 
 /// What the step interrupt knows of the laser. Seldom looked at, so not in the fastest memory.
 struct Shared {
@@ -32,6 +42,13 @@ struct Shared {
     gate: AtomicPtr<u32>,
     /// BSRR word that switches the gate on; 0 without one.
     gate_on: AtomicU32,
+    /// Duty that the executor has given, until something moves.
+    at_rest: AtomicU32,
+    /// Time of the executor's last look, low half of the microseconds.
+    looked: AtomicU32,
+    /// Power that went off because it was not renewed, counts of the compare value, plus 1; 0 while it is
+    /// renewed.
+    lapsed: AtomicU32,
 }
 
 /// All zero, as the section is.
@@ -43,6 +60,9 @@ static SHARED: Shared = Shared {
     counts: AtomicU32::new(0),
     gate: AtomicPtr::new(core::ptr::null_mut()),
     gate_on: AtomicU32::new(0),
+    at_rest: AtomicU32::new(0),
+    looked: AtomicU32::new(0),
+    lapsed: AtomicU32::new(0),
 };
 
 /// Whether there is a laser, so that the above is to be looked at at all: the memory of that is cleared later
@@ -154,15 +174,33 @@ impl Laser {
         self.set_mode(FORCED_INACTIVE);
         write(&SHARED.gate, SHARED.gate_on.load(Ordering::Relaxed).rotate_left(16));
         write(&SHARED.compare, 0);
+        SHARED.at_rest.store(0, Ordering::Relaxed);
+        alarm::enable(false);
         if !is_locked {
             self.set_mode(PWM_MODE_1);
+            alarm::put_off(LOOKS_WITHIN_US);
+            alarm::enable(true);
             SHARED.is_open.store(1, Ordering::Release);
         }
     }
 
-    /// Gives the laser a duty, 1/65535. Only while nothing moves: the path's next power replaces it.
+    /// Gives the laser a duty, 1/65535, for as long as [`Self::look`] follows [`Self::look`]. Only while
+    /// nothing moves: the path's next power replaces it.
     pub fn set(&mut self, duty: u16) {
+        SHARED.looked.store(time::now().0 as u32, Ordering::Relaxed);
+        SHARED.at_rest.store(u32::from(duty), Ordering::Relaxed);
         play(duty);
+    }
+
+    /// Keeps the power at rest up. Returns whether power has gone off because it was not renewed, at rest or
+    /// not: true once, and the laser stays locked. One that was dark then is unlocked again.
+    pub fn look(&mut self) -> bool {
+        SHARED.looked.store(time::now().0 as u32, Ordering::Relaxed);
+        let lapsed = SHARED.lapsed.swap(0, Ordering::Relaxed);
+        if lapsed == 1 {
+            self.lock(false);
+        }
+        lapsed > 1
     }
 
     fn set_mode(&self, mode: u32) {
@@ -175,6 +213,39 @@ impl Laser {
                 _ => registers.ccmr2_output().write(|w| w.bits(bits)),
             }
         }
+    }
+}
+
+/// Whether the executor keeps the laser on at rest.
+#[inline]
+#[must_use]
+pub fn burns_at_rest() -> bool {
+    IS_SET_UP.load(Ordering::Acquire) && SHARED.at_rest.load(Ordering::Relaxed) != 0
+}
+
+/// Lets the laser burn until the step feed's next run, which comes in so many ticks, and 250 us longer.
+/// Called at the end of each run, by the feed alone.
+#[inline]
+pub fn renew(next_run: Ticks) {
+    if !IS_SET_UP.load(Ordering::Acquire) || SHARED.is_open.load(Ordering::Relaxed) == 0 {
+        return;
+    }
+    let looked = SHARED.looked.load(Ordering::Relaxed);
+    let is_looked_at = (time::now().0 as u32).wrapping_sub(looked) < LOOKS_WITHIN_US;
+    if is_looked_at || SHARED.at_rest.load(Ordering::Relaxed) == 0 {
+        alarm::put_off(next_run.0 as u32 / (STEP_CLOCK_HZ / 1_000_000) + LATE_US);
+    }
+}
+
+/// Interrupt of the watch: ends power that was not renewed. It stays off until the executor has unlocked the
+/// laser anew.
+pub fn on_alarm() {
+    if alarm::acknowledge() && SHARED.is_open.swap(0, Ordering::Relaxed) != 0 {
+        let counts = read(&SHARED.compare);
+        write(&SHARED.compare, 0);
+        write(&SHARED.generate, UPDATE);
+        write(&SHARED.gate, SHARED.gate_on.load(Ordering::Relaxed).rotate_left(16));
+        SHARED.lapsed.store(counts + 1, Ordering::Relaxed);
     }
 }
 
@@ -198,6 +269,12 @@ fn write(register: &AtomicPtr<u32>, word: u32) {
         // own timer, and to a port's BSRR, where a word names the gate's pin or none.
         unsafe { register.write_volatile(word) };
     }
+}
+
+fn read(register: &AtomicPtr<u32>) -> u32 {
+    let register = register.load(Ordering::Relaxed);
+    // SAFETY: as in `write`.
+    if register.is_null() { 0 } else { unsafe { register.read_volatile() } }
 }
 
 /// Gives the laser a duty, 1/65535, from this moment on, unless it is locked. The step interrupt's part:

@@ -1,6 +1,6 @@
 //! The two clocks, each a free-running 32-bit timer with its 64-bit extension: TIM2 at 200 MHz for steps,
-//! TIM5 at 1 MHz for the rest. And the two interrupts after a time: TIM6 for the step feed, TIM7 for heat and
-//! slow outputs.
+//! TIM5 at 1 MHz for the rest. And the interrupts after a time: TIM6 for the step feed, TIM7 for heat and
+//! slow outputs, TIM5 for the watch over the laser.
 //!
 //! The extension counts half turns of the timer. A single task calls [`Clock::keep`] more often than a half
 //! turn lasts (10.7 s for TIM2); the 64-bit time may then be read from any priority, without a lock: in
@@ -52,8 +52,35 @@ fn tim2() -> &'static pac::tim2::RegisterBlock {
 }
 
 fn tim5() -> &'static pac::tim2::RegisterBlock {
-    // SAFETY: TIM5 is this module's alone; after `start` only its counter is read.
+    // SAFETY: TIM5 is this module's alone; after `start` its counter is only read, and [`alarm`] has its
+    // first compare channel.
     unsafe { &*pac::TIM5::ptr() }
+}
+
+/// Interrupt of TIM5 at a time that is put off again and again: what happens when something else is late.
+pub(crate) mod alarm {
+    use super::tim5;
+
+    /// Has the interrupt come in so many microseconds, rather than when it was to come.
+    #[inline]
+    pub fn put_off(microseconds: u32) {
+        let timer = tim5();
+        timer.ccr1().write(|w| w.ccr().bits(timer.cnt.read().bits().wrapping_add(microseconds)));
+    }
+
+    /// Lets the interrupt come, or not.
+    pub fn enable(is_enabled: bool) {
+        // RM0399 section 43.4.5, SR: a flag goes by writing 0. Section 43.4.4, DIER.
+        tim5().sr.reset();
+        tim5().dier.write(|w| w.cc1ie().bit(is_enabled));
+    }
+
+    /// Clears the interrupt. True when its time has come, and was not put off meanwhile.
+    pub fn acknowledge() -> bool {
+        let timer = tim5();
+        timer.sr.reset();
+        timer.cnt.read().bits().wrapping_sub(timer.ccr1().read().bits()) < 1 << 31
+    }
 }
 
 /// Returns the low half of the step clock, in ticks of 5 ns.

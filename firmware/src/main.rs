@@ -90,6 +90,10 @@ mod app {
     /// them.
     const LOOK_EVERY: Ticks = Ticks::from_micros(400);
 
+    /// Longest time between two turns of the executor while a laser burns at rest: door, kill button and
+    /// interlocks are looked at in a turn that comes 250 us after the last look or later.
+    const TURN_EVERY_LIT: Ticks = Ticks::from_micros(128);
+
     /// Memory of motion that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for the
     /// data that the step interrupt, the feed and the planner touch all the time.
     #[unsafe(link_section = ".axizero")]
@@ -257,6 +261,12 @@ mod app {
         fault::supply_falls();
     }
 
+    // Ends the laser's power when the step feed, or what keeps it up at rest, is late.
+    #[task(binds = TIM5, priority = 7)]
+    fn laser_not_renewed(_: laser_not_renewed::Context) {
+        bsp_prime::laser::on_alarm();
+    }
+
     #[task(binds = USART2, priority = 6, local = [debug, intake: Intake = Intake::new()])]
     fn debug_bytes(cx: debug_bytes::Context) {
         let (inbox, intake) = (Console::Debug.inbox(), cx.local.intake);
@@ -356,7 +366,13 @@ mod app {
         if !step_engine::queue().is_empty() {
             step_engine::wake();
         }
-        cx.local.feed_tick.next_in(feed.wait(time::now_ticks()));
+        let mut wait = feed.wait(time::now_ticks());
+        if bsp_prime::laser::burns_at_rest() {
+            wait = wait.min(TURN_EVERY_LIT);
+            executor::wake();
+        }
+        cx.local.feed_tick.next_in(wait);
+        bsp_prime::laser::renew(wait);
         if looks {
             // The console is polled often enough for an M112.
             if cx.local.typed.look(Console::Rtt.inbox()) {

@@ -33,8 +33,10 @@ pub struct Beam {
     asked: (u16, Micros),
     /// Duty at rest that the port has been told.
     given: u16,
-    /// Interlock that is open, as it was told.
+    /// Whether an open interlock was told.
     pub told_open: bool,
+    /// Whether power has gone off by itself: locked until the machine rests, or is told to go on.
+    has_lapsed: bool,
 }
 
 impl Beam {
@@ -47,6 +49,28 @@ impl Beam {
             port.lock_laser(is_locked);
             self.is_unlocked = !is_locked;
         }
+    }
+
+    /// Looks whether power has gone off by itself, at rest or in motion. Returns true when it just has; the
+    /// laser is locked then until the machine rests, or [`Self::goes_on`].
+    pub fn lapses(&mut self, port: &mut impl LaserPort, rests: bool) -> bool {
+        let lapses = port.look_at_laser();
+        if lapses {
+            self.force_off(port);
+        }
+        self.has_lapsed = lapses || self.has_lapsed && !rests;
+        lapses
+    }
+
+    /// Whether power has gone off by itself, and neither rest nor going on has come since.
+    #[must_use]
+    pub const fn has_lapsed(&self) -> bool {
+        self.has_lapsed
+    }
+
+    /// The machine goes on after a hold.
+    pub fn goes_on(&mut self) {
+        self.has_lapsed = false;
     }
 
     /// Locks the laser off whatever was told before.
@@ -222,6 +246,7 @@ mod tests {
     struct Told {
         locked: Vec<bool>,
         duties: Vec<u16>,
+        has_lapsed: bool,
     }
 
     impl LaserPort for Told {
@@ -231,6 +256,10 @@ mod tests {
 
         fn set_laser(&mut self, duty: u16) {
             self.duties.push(duty);
+        }
+
+        fn look_at_laser(&mut self) -> bool {
+            core::mem::take(&mut self.has_lapsed)
         }
 
         fn set_laser_frequency(&mut self, _: u32) {}
@@ -263,6 +292,20 @@ mod tests {
         beam.lock(&mut port, true);
         beam.look(&mut port, at(2_001), true, 0);
         assert_eq!((port.locked, port.duties.len()), (vec![false, true], 1), "the lock itself is off");
+    }
+
+    #[test]
+    fn power_that_went_off_by_itself_is_not_given_again() {
+        let (texts, mut port, mut beam) = (Texts::new(), Told::default(), Beam::default());
+        beam.lock(&mut port, false);
+        assert!(beam.fire(&texts, &mut port, at(0), 1.0, "5").is_ok());
+        assert!(!beam.lapses(&mut port, true));
+        port.has_lapsed = true;
+        assert!(beam.lapses(&mut port, false) && !beam.lapses(&mut port, false) && beam.has_lapsed());
+        assert!(!beam.lapses(&mut port, true) && !beam.has_lapsed(), "rest ends it");
+        beam.lock(&mut port, false);
+        beam.look(&mut port, at(1), true, 0);
+        assert_eq!((port.locked, port.duties.len()), (vec![false, true, false], 1));
     }
 
     #[test]

@@ -195,6 +195,10 @@ impl LaserPort for World {
 
     fn set_laser(&mut self, _: u16) {}
 
+    fn look_at_laser(&mut self) -> bool {
+        false
+    }
+
     fn set_laser_frequency(&mut self, _: u32) {}
 }
 

@@ -17,6 +17,10 @@ impl<L: Locks> LaserPort for BoardPorts<L> {
         }
     }
 
+    fn look_at_laser(&mut self) -> bool {
+        self.laser.as_mut().is_some_and(bsp_prime::laser::Laser::look)
+    }
+
     fn set_laser_frequency(&mut self, hertz: u32) {
         if let Some(laser) = &mut self.laser {
             laser.set_frequency(hertz);

@@ -8,6 +8,8 @@ use crate::trace::PowerChange;
 pub struct Laser {
     is_unlocked: bool,
     duty: u16,
+    /// Whether power went off because it was not renewed, since the firmware last looked.
+    has_lapsed: bool,
 }
 
 impl Laser {
@@ -36,6 +38,17 @@ impl World {
     pub fn lock_laser(&mut self, at_ns: u64, is_locked: bool) {
         self.laser.is_unlocked = !is_locked;
         self.change_laser(at_ns, 0);
+    }
+
+    /// Has power go off as the board's watch does when the steps or the executor come late.
+    pub fn let_laser_lapse(&mut self, at_ns: u64) {
+        self.laser.has_lapsed = self.laser.duty != 0;
+        self.lock_laser(at_ns, true);
+    }
+
+    /// Returns whether power has gone off so since the last call.
+    pub fn take_lapse(&mut self) -> bool {
+        core::mem::take(&mut self.laser.has_lapsed)
     }
 
     fn change_laser(&mut self, time_ns: u64, duty: u16) {

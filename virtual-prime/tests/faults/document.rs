@@ -232,9 +232,14 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Formats a limit in whole milliseconds below a second, in tenths of a second above.
+/// Formats a limit in tenths below a millisecond, in whole milliseconds below a second, in tenths of a second
+/// above.
 fn limit(ms: f64) -> String {
-    if ms < 1_000.0 { format!("{ms:.0} ms") } else { format!("{:.1} s", ms / 1e3) }
+    match ms {
+        ..1.0 => format!("{ms:.1} ms"),
+        1.0..1_000.0 => format!("{ms:.0} ms"),
+        _ => format!("{:.1} s", ms / 1e3),
+    }
 }
 
 fn table() -> String {

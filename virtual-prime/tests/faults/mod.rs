@@ -10,6 +10,7 @@ mod drivers;
 mod fans;
 mod firmware;
 mod heaters;
+mod laser;
 mod page;
 mod scene;
 mod sensors;
@@ -65,6 +66,7 @@ const TABLE: &[(&str, &[Class])] = &[
     ("Supplies", supplies::CLASSES),
     ("Motor drivers", drivers::CLASSES),
     ("Axes, probe, buttons", axes::CLASSES),
+    ("Laser", laser::CLASSES),
     ("Card and configuration", cards::CLASSES),
     ("The firmware itself", firmware::CLASSES),
 ];

@@ -34,6 +34,10 @@ pub enum State {
     Homing,
     /// Halted, with all heaters cold.
     Halted,
+    /// X moves at 100 mm/s, and a laser burns.
+    Burning,
+    /// A laser is on at rest.
+    Fired,
 }
 
 impl State {
@@ -48,6 +52,8 @@ impl State {
             Self::Printing => "printing",
             Self::Homing => "homing",
             Self::Halted => "halted",
+            Self::Burning => "burning",
+            Self::Fired => "fired at rest",
         }
     }
 }
@@ -88,6 +94,7 @@ pub fn enter(plan: Plan, state: State) -> Velvet {
     }
     match state {
         State::PowerOn | State::Idle | State::Holding => {}
+        State::Burning | State::Fired => unreachable!("a laser's own tests light it"),
         State::Heating => {
             velvet.ask("M104 S200", SECOND);
             velvet.ask("M140 S60", SECOND);

@@ -162,7 +162,7 @@ fn told_at_the_next_start(card: Vec<u8>, is_news: bool) -> Vec<u8> {
     velvet.card(|card| card.content().to_vec())
 }
 
-fn rail(velvet: &mut Velvet, millivolts: u32) {
+pub(super) fn rail(velvet: &mut Velvet, millivolts: u32) {
     velvet.bench.vm.with(move |stopped| {
         let at = stopped.stop.at;
         stopped.session.board_mut().mcu.change_supply(at, millivolts);

@@ -65,15 +65,19 @@ impl<'c, M: LaserHands<'c>> Moments<M> for Feature {
         }
         let open = open_interlock(hands.world());
         let Lased { beam, tuning, program, state, world, .. } = hands.laser();
-        let is_locked = laser::locks(state) || open.is_some() || is_door_open(world);
+        let rests = world.ports.motion(|motion| motion.is_idle());
+        let lapses = beam.lapses(&mut world.ports, rests);
+        let is_locked = laser::locks(state) || open.is_some() || is_door_open(world) || beam.has_lapsed();
         beam.lock(&mut world.ports, is_locked);
         let asked = laser::asked_at_rest(program, &tuning.laser, world.config);
-        let rests = world.ports.motion(|motion| motion.is_idle());
         beam.look(&mut world.ports, now, rests, asked);
         if open.is_some() != core::mem::replace(&mut beam.told_open, open.is_some())
             && let Some(name) = open
         {
             opens(hands, name);
+        }
+        if lapses {
+            has_gone_off(hands);
         }
     }
 
@@ -125,6 +129,8 @@ impl<'c, M: LaserHands<'c>> Moments<M> for Feature {
         let open = if has_laser(hands.world().config) { open_interlock(hands.world()) } else { None };
         if let Some(name) = open {
             tell_open(hands, name, format_args!("close it, then ~ goes on"));
+        } else {
+            hands.laser().beam.goes_on();
         }
         open.is_none()
     }
@@ -150,6 +156,14 @@ fn end<'c>(hands: &mut impl LaserHands<'c>) {
 fn opens<'c>(hands: &mut impl LaserHands<'c>, name: &str) {
     feed_hold::hold(hands, Event::Hold);
     tell_open(hands, name, format_args!("the beam is locked until it is closed"));
+}
+
+/// The laser has gone off by itself: a moving machine holds, so that nothing is left uncut unseen.
+#[cold]
+fn has_gone_off<'c>(hands: &mut impl LaserHands<'c>) {
+    feed_hold::hold(hands, Event::Hold);
+    let text = "the laser went off, as the firmware was late: look at the work, then ~ goes on; report this as a bug";
+    hands.announce(format_args!("WARNING: {text}\n"));
 }
 
 fn tell_open<'c>(hands: &mut impl LaserHands<'c>, name: &str, then: Arguments<'_>) {

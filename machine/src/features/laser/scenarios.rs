@@ -196,3 +196,28 @@ fn whatever_stops_the_machine_takes_the_power_off_at_once() {
         assert!(off_s - began_s <= 0.000_8, "{name}: {} s", off_s - began_s);
     }
 }
+
+#[test]
+fn power_that_is_not_renewed_goes_off_and_the_machine_holds() {
+    let mut bench = placed();
+    bench.run(&["M3 S500"]);
+    bench.type_in("G1 X190 F3000\n");
+    bench.hear(1.0);
+    let now_ns = (bench.now_s() * 1e9) as u64;
+    bench.world(|world| world.let_laser_lapse(now_ns));
+    let said = bench.hear(0.5);
+    assert!(said.contains("WARNING: the laser went off, as the firmware was late"), "{said}");
+    assert!(bench.status().starts_with("<Hold:0"), "{}", bench.status());
+    assert_eq!(duty(&mut bench), 0);
+    bench.type_in("~");
+    bench.hear(1.0);
+    assert_eq!(duty(&mut bench), 32_768, "it goes on as it was");
+    // At rest nothing holds, and the next beam burns.
+    bench.hear(10.0);
+    bench.say("fire 5 1000");
+    let now_ns = (bench.now_s() * 1e9) as u64;
+    bench.world(|world| world.let_laser_lapse(now_ns));
+    assert!(bench.hear(0.1).contains("the laser went off"));
+    assert_eq!(duty(&mut bench), 0);
+    assert!(bench.say("fire 5 1000").contains("laser 5.0 %"));
+}
