@@ -158,6 +158,8 @@ impl<'a> Blocks<'a> {
         loop {
             self.at = read_plain_words(self.line, self.at, block);
             let letter = match self.next_word(parameters) {
+                // A run of pixels, where the value of S goes on with it.
+                Ok(Some(b'@')) if self.skips_string_or_list(block) => continue,
                 Ok(Some(letter)) => letter,
                 Ok(None) => break,
                 Err(_) if self.skips_string_or_list(block) => continue,

@@ -17,14 +17,20 @@ pub(crate) fn string_or_list(rest: &[u8]) -> Option<(usize, Option<&str>)> {
     }
 }
 
-/// Returns the powers at an offset of the line, behind the first one of a move's S: `:0:0.5` of `S0.8:0:0.5`.
+/// Returns what follows the first power of a move's S, at an offset of the line: `:0:0.5` of `S0.8:0:0.5`,
+/// `@12:0@5` of `S1@12:0@5`.
 pub(crate) fn powers<'a>(line: &'a [u8], at: usize, block: &Block<'_>) -> Option<&'a str> {
     let moves = block.code.is_none_or(|code| code.letter == Letter::G && code.number <= 3);
     let first = line.get(usize::from(block.column_of('S'))..at)?;
     let is_power = moves && block.has('S') && first.iter().all(|byte| number::starts(*byte));
-    let list = line.get(at..).filter(|list| is_power && list.first() == Some(&b':'))?;
-    let length = list.iter().take_while(|byte| **byte == b':' || number::starts(**byte)).count();
+    let list = line.get(at..).filter(|list| is_power && list.first().is_some_and(parts_powers))?;
+    let length = list.iter().take_while(|byte| parts_powers(byte) || number::starts(**byte)).count();
     core::str::from_utf8(list.get(..length)?).ok()
+}
+
+/// Whether a byte stands between powers, or between a power and its number of pixels.
+const fn parts_powers(byte: &u8) -> bool {
+    matches!(byte, b':' | b'@')
 }
 
 /// Returns the beginning of a comment in a text; in a string of RepRapFirmware, `S"a; b"`, a `;` is a
@@ -76,6 +82,13 @@ mod tests {
         let block = &blocks("G1 Y-0.8S0.875:0:0:0.5 F600")[0];
         assert_eq!((block.get('S'), block.text, block.get('F')), (Some(0.875), Some(":0:0:0.5"), Some(600.0)));
         assert_eq!(blocks("X1 S1:0")[0].text, Some(":0"));
+        let block = &blocks("G1 S255@12:0@5 X3")[0];
+        assert_eq!((block.get('S'), block.text, block.get('X')), (Some(255.0), Some("@12:0@5"), Some(3.0)));
+        // Behind a blank, and behind other words, it is LinuxCNC's distance of polar coordinates.
+        for polar in ["G1 S1 @5", "G1 F1@5", "G4 S1@5"] {
+            let block = &blocks(polar)[0];
+            assert_eq!((block.get('@'), block.text), (Some(5.0), None), "{polar}");
+        }
         assert_eq!(failing("G1 S1 X1:2"), (9, Problem::NotALetter(b':')));
         assert_eq!(failing("G4 S1:2"), (6, Problem::NotALetter(b':')));
         assert_eq!(failing("G1 S1 :2"), (7, Problem::NotALetter(b':')));

@@ -1,16 +1,21 @@
-//! Pixels of a line: powers with colons between, `S0.8:0:0`, that divide a straight move into equal parts.
+//! Pixels of a line: powers that divide a straight move into equal parts, each for one pixel or for a run of
+//! them, `S0.8:0:0` and `S0.8@12:0@5`.
 
 use heapless::Vec;
 use units::PerAxis;
 
-/// Most pixels of a line.
-pub(crate) const MOST_PIXELS: usize = 32;
+/// Most powers of a line.
+pub(crate) const MOST_RUNS: usize = 32;
 
-/// Pixels that are left of a line.
+/// Pixels that are left of a line, as runs of one power.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pixels {
-    /// S of each pixel, the last one first.
-    powers: Vec<f32, MOST_PIXELS>,
+    /// S of each run, the last one first.
+    powers: Vec<f32, MOST_RUNS>,
+    /// Number of pixels of each run, in the same order.
+    lengths: Vec<u16, MOST_RUNS>,
+    /// Number of pixels that are left.
+    left: u32,
     /// End of the whole line, machine position.
     end: PerAxis<f64>,
     /// Way of a pixel.
@@ -19,17 +24,28 @@ pub(crate) struct Pixels {
 
 impl Pixels {
     /// Creates the pixels of the way between two machine positions. `list` is what follows the first power,
-    /// `:0:0.5`. `None` when it is no list, or too long.
+    /// `:0:0.5` or `@12:0@5`. `None` when it is no list, or too long.
     pub(crate) fn new(first: f32, list: &str, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Option<Self> {
-        let mut powers = Vec::new();
-        powers.push(first).ok()?;
-        for text in list.strip_prefix(':')?.split(':') {
-            let power = gcode::read_f64(text).filter(|power| *power >= 0.0)?;
-            powers.push(power as f32).ok()?;
+        let mut pixels = Self { end: *to, ..Self::default() };
+        for run in list.split(':') {
+            let (power, length) = run.split_once('@').unwrap_or((run, "1"));
+            // The first power has been read already.
+            let is_first = pixels.powers.is_empty();
+            let power = if is_first && power.is_empty() { f64::from(first) } else { gcode::read_f64(power)? };
+            let length = gcode::read_f64(length)?;
+            let whole = length as u16;
+            if power.is_sign_negative() || whole == 0 || f64::from(whole) != length {
+                return None;
+            }
+            pixels.powers.push(power as f32).ok()?;
+            pixels.lengths.push(whole).ok()?;
+            pixels.left += u32::from(whole);
         }
-        powers.reverse();
-        let count = powers.len() as f64;
-        Some(Self { powers, end: *to, way: PerAxis(core::array::from_fn(|axis| (to.0[axis] - from.0[axis]) / count)) })
+        pixels.powers.reverse();
+        pixels.lengths.reverse();
+        let count = f64::from(pixels.left);
+        pixels.way = PerAxis(core::array::from_fn(|axis| (to.0[axis] - from.0[axis]) / count));
+        Some(pixels)
     }
 
     /// Whether no pixel is left.
@@ -47,10 +63,11 @@ impl Pixels {
         self.powers.clear();
     }
 
-    /// Takes the next pixel: its S and its end. The last one ends where the line does.
+    /// Takes the next run: its S and its end. The last one ends where the line does.
     pub(crate) fn next(&mut self) -> Option<(f32, PerAxis<f64>)> {
         let power = self.powers.pop()?;
-        let left = self.powers.len() as f64;
+        self.left -= u32::from(self.lengths.pop()?);
+        let left = f64::from(self.left);
         Some((power, PerAxis(core::array::from_fn(|axis| self.end.0[axis] - self.way.0[axis] * left))))
     }
 }
@@ -58,23 +75,63 @@ impl Pixels {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+    use std::fmt::Write as _;
+
+    fn drawn(pixels: &mut Pixels) -> std::vec::Vec<(f32, PerAxis<f64>)> {
+        core::iter::from_fn(|| pixels.next()).collect()
+    }
 
     #[test]
     fn pixels_divide_the_way_and_end_at_its_end() {
         let [from, to] = [PerAxis([1.0, 2.0, 0.0, 0.0, 0.0, 0.0]), PerAxis([2.0, 1.1, 0.0, 0.0, 0.0, 0.0])];
         let mut pixels = Pixels::new(0.8, ":0:0.25", &from, &to).expect("a list");
-        let drawn: std::vec::Vec<_> = core::iter::from_fn(|| pixels.next()).collect();
+        let drawn = drawn(&mut pixels);
         assert_eq!(drawn.iter().map(|(power, _)| *power).collect::<std::vec::Vec<_>>(), [0.8, 0.0, 0.25]);
         assert_eq!(drawn[2].1, to);
         assert!((drawn[0].1.0[0] - 4.0 / 3.0).abs() < 1e-12 && (drawn[1].1.0[1] - 1.4).abs() < 1e-12);
         assert!(pixels.is_empty());
     }
 
+    proptest! {
+        #[test]
+        fn a_run_is_one_move_that_ends_where_its_last_pixel_does(
+            runs in proptest::collection::vec((0..1_001_u16, prop_oneof![Just(1), 1..=u16::MAX]), 1..=MOST_RUNS),
+            ends in any::<[i16; 4]>(),
+        ) {
+            let [x0, y0, x1, y1] = ends.map(|end| f64::from(end) / 64.0);
+            let [from, to] = [[x0, y0], [x1, y1]].map(|[x, y]| PerAxis([x, y, 0.0, 0.0, 0.0, 0.0]));
+            let mut list = std::string::String::new();
+            for (index, (power, length)) in runs.iter().enumerate() {
+                if index > 0 {
+                    write!(list, ":{power}").expect("a string has room");
+                }
+                if *length > 1 {
+                    write!(list, "@{length}").expect("a string has room");
+                }
+            }
+            let drawn = drawn(&mut Pixels::new(f32::from(runs[0].0), &list, &from, &to).expect("a list"));
+            prop_assert_eq!(drawn.len(), runs.len());
+            let all: f64 = runs.iter().map(|(_, length)| f64::from(*length)).sum();
+            let mut passed = 0.0;
+            for ((power, length), (drawn_power, end)) in runs.iter().zip(&drawn) {
+                passed += f64::from(*length);
+                prop_assert_eq!(f32::from(*power), *drawn_power);
+                for axis in 0..2 {
+                    let place = from.0[axis] + (to.0[axis] - from.0[axis]) * passed / all;
+                    prop_assert!((end.0[axis] - place).abs() < 1e-9, "{} for {place}", end.0[axis]);
+                }
+            }
+            prop_assert_eq!(drawn[drawn.len() - 1].1, to);
+        }
+    }
+
     #[test]
     fn a_wrong_list_is_none() {
         let place = PerAxis([0.0; units::MAX_AXES]);
-        let long = ":0".repeat(MOST_PIXELS);
-        for list in ["", ":", ":0:", ":-1", ":x", ":0 1", &long] {
+        let long = ":0".repeat(MOST_RUNS);
+        let wrong = [":", ":0:", ":-1", ":x", ":0 1", "@", "@0", "@1.5", "@-1", "@65536", "@2@2", "@2:", ":@2", &long];
+        for list in wrong {
             assert!(Pixels::new(0.0, list, &place, &place).is_none(), "{list}");
         }
     }
