@@ -62,13 +62,11 @@ impl LaserScale {
         (s * self.per_s + 0.5) as u16
     }
 
-    /// Returns the power of a program's move.
+    /// Returns the power of a program's move. A dark one keeps the law of its neighbours: moves with different
+    /// laws do not become one block, and a picture is mostly gaps.
     #[must_use]
     #[inline]
     pub fn power(&self, request: &Move) -> Power {
-        if request.power <= 0.0 {
-            return Power::OFF;
-        }
         Power { level: self.level(request.power), by_speed: request.power_by_speed }
     }
 
@@ -120,6 +118,22 @@ mod tests {
         scale.set_factor(0.5);
         assert_eq!([500.0, 1_000.0, 4_000.0].map(|s| scale.level(s)), [16_384, 32_768, 65_535]);
         assert_eq!(LaserScale::new(&MachineConfig::default()).level(1_000.0), 0, "there is no laser");
+    }
+
+    #[test]
+    fn dark_moves_keep_the_law_of_their_neighbours() {
+        let scale = LaserScale::new(&machine(1_000.0));
+        let mut request = Move {
+            target: units::PerAxis([0.0; units::MAX_AXES]),
+            shape: program::Shape::Line { names_xy: true },
+            rate: program::Rate::Feed(units::MmPerSecond(1.0)),
+            power: 0.0,
+            power_by_speed: true,
+            corner: program::Corner::Sharp,
+        };
+        assert_eq!(scale.power(&request), Power { level: 0, by_speed: true });
+        request.power = 1_000.0;
+        assert_eq!(scale.power(&request), Power { level: Power::FULL, by_speed: true });
     }
 
     #[test]
