@@ -62,8 +62,8 @@ impl LaserScale {
         (s * self.per_s + 0.5) as u16
     }
 
-    /// Returns the power of a program's move. A dark one keeps the law of its neighbours: moves with different
-    /// laws do not become one block, and a picture is mostly gaps.
+    /// Returns the power of a program's move. A dark one keeps the law of its neighbours: moves with
+    /// different laws do not become one block, and a picture is mostly gaps.
     #[must_use]
     #[inline]
     pub fn power(&self, request: &Move) -> Power {

@@ -22,6 +22,7 @@ mod page;
 mod plot;
 mod preflight;
 mod progress;
+mod raster;
 mod report;
 mod run;
 mod send;
@@ -102,6 +103,8 @@ enum Command {
         #[command(flatten)]
         sources: report::Sources,
     },
+    /// Turn a picture into G-code for a laser, and draw the page that shows what the G-code burns
+    Raster(raster::Options),
     /// Draw a run's curves in the terminal
     Plot {
         /// The run's folder
@@ -175,6 +178,7 @@ fn run(command: Command) -> Result<ExitCode> {
             Ok(success(report.passes()))
         }
         Command::Laser { out, sources } => Ok(success(report::laser::laser(&out, &sources)?)),
+        Command::Raster(options) => raster::raster(&options).map(|()| ExitCode::SUCCESS),
         Command::Plot { out, of, sources } => {
             let report = report::Report::read(&out, &sources)?;
             of.into_iter().for_each(|quantity| print!("{}", report.plot(quantity)));
