@@ -56,8 +56,8 @@ function zoom(factor, x, y) {
 
 function drawBurnt() {
   const { pen, wide, high } = begin("burnt"), { x, y, scale } = view;
-  // Smaller than a pixel of the screen a dithered picture is grey, larger it is pixels.
-  pen.imageSmoothingEnabled = scale < 1.5;
+  // Pixels a few points wide would be unequal: they are drawn soft, larger ones with their edges.
+  pen.imageSmoothingEnabled = scale < 4;
   pen.imageSmoothingQuality = "high";
   pen.drawImage(picture, x, y, columns * scale, rows * scale);
   pen.strokeStyle = style("--grid");
@@ -128,9 +128,10 @@ function drawMachine() {
   }
   axes(pen, low, high, px, py, scale, tall - margin.bottom);
   pen.lineWidth = Math.max(data.pixel * scale, 0.6);
-  drawLeads(pen, canvas, px, py);
   pen.imageSmoothingQuality = "high";
   pen.drawImage(picture, px(left), py(below + height), width * scale, height * scale);
+  // Leads may lie within the picture: rows begin at their first burnt pixel.
+  drawLeads(pen, canvas, px, py);
   pen.lineWidth = 1;
   pen.strokeStyle = style("--travel");
   pen.strokeRect(px(left), py(below + height), width * scale, height * scale);
@@ -142,6 +143,7 @@ function drawMachine() {
     pen.strokeStyle = style("--ink");
     pen.strokeRect(px(low[0]), py(high[1]), span[0] * scale, span[1] * scale);
   }
+  of("keytravel").parentElement.hidden = !known;
   of("ends").textContent = known ? "to scale, mm" : "to scale, mm; the travel is not known without --config";
 }
 
@@ -191,7 +193,7 @@ function paint() {
   const system = matchMedia("(prefers-color-scheme: dark)");
   document.documentElement.dataset.theme = system.matches ? "dark" : "light";
   of("keytravel").style.background = style("--card");
-  of("keylead").style.background = style("--s3");
+  of("keylead").style.background = `color-mix(in srgb, ${style("--s3")} 40%, ${style("--card")})`;
   drawBurnt();
   drawMachine();
 }

@@ -54,7 +54,7 @@ pub struct Place {
     #[arg(long, value_name = "N", conflicts_with = "pixel")]
     pub dpi: Option<f64>,
     /// Lower left corner of the picture, mm
-    #[arg(long, value_name = "X,Y", default_value = "0,0", value_parser = corner)]
+    #[arg(long, value_name = "X,Y", default_value = "0,0", value_parser = corner, allow_hyphen_values = true)]
     pub at: [f64; 2],
     /// Change left and right, for what is seen from behind
     #[arg(long)]

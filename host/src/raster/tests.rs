@@ -157,6 +157,7 @@ fn sizes_follow_each_other_and_the_pixel() {
     assert_eq!(pixels(""), [40, 30]);
     assert_eq!(pixels("--width 20"), [200, 150]);
     assert_eq!(pixels("--height 3 --pixel 0.2"), [20, 15]);
+    assert_eq!(pixels("--at -20,-10 --reverse-offset -0.1"), [40, 30]);
     assert_eq!(pixels("--width 2.54 --height 2.54 --dpi 254"), [25, 25]);
 }
 

@@ -1,0 +1,124 @@
+//! A picture from PNG to the edges of a laser: `velvet raster`, the native runner, `velvet laser`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/samples/laser.ini");
+/// Pixels of a row.
+const COLUMNS: usize = 60;
+const ROWS: usize = 6;
+/// Number of black bars in a row.
+const BARS: usize = 20;
+
+fn velvet(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_velvet")).args(arguments).output().expect("velvet was built with this test")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+/// Makes an empty folder of this test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).expect("left by an earlier run of this test");
+    }
+    std::fs::create_dir_all(&folder).expect("a folder to write to");
+    folder
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("the folder's name is text")
+}
+
+/// Writes a picture of bars, a black column and two white ones, and nothing in its second row.
+fn write_bars(path: &Path) {
+    let file = std::fs::File::create(path).expect("a file");
+    let mut encoder = png::Encoder::new(file, COLUMNS as u32, ROWS as u32);
+    encoder.set_color(png::ColorType::Grayscale);
+    let light = |index: usize| if index.is_multiple_of(3) && index / COLUMNS != 1 { 0 } else { 255 };
+    let pixels: Vec<u8> = (0..COLUMNS * ROWS).map(light).collect();
+    encoder.write_header().expect("a header").write_image_data(&pixels).expect("pixels");
+}
+
+/// Returns the program with a G1 for each run of its raster lines.
+fn in_single_moves(program: &str) -> String {
+    let (mut plain, mut at) = (String::new(), 0.0);
+    for line in program.lines().filter(|line| !line.starts_with(';')) {
+        let x = line.split(' ').find_map(|word| word.strip_prefix('X')).map(|x| x.parse::<f64>().expect("a place"));
+        let list = line.split_once(" S").map(|(_, list)| list).filter(|list| list.contains([':', '@']));
+        let from = at;
+        at = x.unwrap_or(at);
+        let Some(list) = list else {
+            plain += line;
+            plain.push('\n');
+            continue;
+        };
+        let runs = list.split(':').map(|run| run.split_once('@').unwrap_or((run, "1")));
+        let runs: Vec<(&str, f64)> = runs.map(|(s, length)| (s, length.parse().expect("a number"))).collect();
+        let all: f64 = runs.iter().map(|(_, length)| length).sum();
+        let mut passed = 0.0;
+        for (s, length) in runs {
+            passed += length;
+            writeln!(plain, "G1 X{:.6} S{s}", from + (at - from) * passed / all).expect("a string has room");
+        }
+    }
+    plain
+}
+
+/// Returns the number of times that a run's power goes from nothing to something and back.
+fn edges(power: &str) -> usize {
+    let duties: Vec<&str> = power.lines().skip(1).filter_map(|row| Some(row.split_once(',')?.1)).collect();
+    let is_on = |duty: &str| duty != "0";
+    duties.windows(2).filter(|pair| is_on(pair[0]) != is_on(pair[1])).count() + usize::from(is_on(duties[0]))
+}
+
+#[test]
+fn a_picture_is_burnt_where_it_lies() {
+    let out = folder("raster");
+    let [config, picture, job] = ["config.ini", "bars.png", "bars.gcode"].map(|name| out.join(name));
+    let sample = std::fs::read_to_string(SAMPLE).expect("the sample");
+    std::fs::write(&config, sample.replace("must_be_homed = true", "must_be_homed = false")).expect("written");
+    write_bars(&picture);
+    let places = ["--at", "30,20", "--feed", "9000", "--pixel", "0.2", "--dither", "threshold"];
+    let made =
+        velvet(&[&["raster", text(&picture), "-o", text(&job), "--config", text(&config)], &places[..]].concat());
+    assert!(made.status.success(), "{}", said(&made));
+    let figures = said(&made);
+    for begins in
+        ["size: 12 x 1.2 mm, 60 x 6 pixels of 0.2 mm", "rows: 5 of 6 rows are burnt", "estimated time: 0:00:0"]
+    {
+        assert!(figures.lines().any(|line| line.starts_with(begins)), "{begins}: {figures}");
+    }
+    assert!(out.join("bars.html").is_file());
+
+    let ran = velvet(&["run", "--config", text(&config), "--gcode", text(&job), "--out", text(&out), "--verify"]);
+    assert!(ran.status.success(), "{}", said(&ran));
+    let power = std::fs::read_to_string(out.join("power.csv")).expect("the laser's changes");
+    assert_eq!(edges(&power), 2 * BARS * (ROWS - 1));
+
+    // Edges are where a program without raster lines has them, row by row, there and back.
+    let plain = out.join("plain.gcode");
+    let program = std::fs::read_to_string(&job).expect("the G-code");
+    std::fs::write(&plain, in_single_moves(&program)).expect("written");
+    let looked = velvet(&["laser", text(&out), "--config", text(&config), "--gcode", text(&plain)]);
+    assert!(looked.status.success(), "{}", said(&looked));
+    assert!(said(&looked).starts_with("edges: 200 made, 200 asked for\n"), "{}", said(&looked));
+}
+
+#[test]
+fn what_cannot_be_burnt_exits_2_and_leaves_no_file() {
+    let out = folder("raster-refused");
+    let [picture, job] = ["bars.png", "bars.gcode"].map(|name| out.join(name));
+    write_bars(&picture);
+    let refused = velvet(&["raster", text(&picture), "--feed", "9000", "--config", SAMPLE]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(said(&refused).contains("What would do: --at with X from 8.50 to "), "{}", said(&refused));
+    std::fs::write(&picture, "no picture").expect("written");
+    let unread = velvet(&["raster", text(&picture), "--feed", "9000", "--acceleration", "1000"]);
+    assert_eq!(unread.status.code(), Some(2));
+    assert!(said(&unread).contains("bars.png as a PNG"), "{}", said(&unread));
+    assert!(!job.exists() && !out.join("bars.html").exists());
+}
