@@ -1,19 +1,21 @@
 //! Pixels of a line: powers that divide a straight move into equal parts, each for one pixel or for a run of
 //! them, `S0.8:0:0` and `S0.8@12:0@5`.
 
-use heapless::Vec;
 use units::PerAxis;
 
 /// Most powers of a line.
 pub(crate) const MOST_RUNS: usize = 32;
 
-/// Pixels that are left of a line, as runs of one power.
+/// Pixels of a line, as runs of one power.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pixels {
-    /// S of each run, the last one first.
-    powers: Vec<f32, MOST_RUNS>,
-    /// Number of pixels of each run, in the same order.
-    lengths: Vec<u16, MOST_RUNS>,
+    /// S of each run.
+    powers: [f32; MOST_RUNS],
+    /// Number of pixels of each run.
+    lengths: [u16; MOST_RUNS],
+    /// Number of runs, and number of those that were taken.
+    count: u8,
+    taken: u8,
     /// Number of pixels that are left.
     left: u32,
     /// End of the whole line, machine position.
@@ -27,30 +29,46 @@ impl Pixels {
     /// `:0:0.5` or `@12:0@5`. `None` when it is no list, or too long.
     pub(crate) fn new(first: f32, list: &str, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Option<Self> {
         let mut pixels = Self { end: *to, ..Self::default() };
-        for run in list.split(':') {
-            let (power, length) = run.split_once('@').unwrap_or((run, "1"));
-            // The first power has been read already.
-            let is_first = pixels.powers.is_empty();
-            let power = if is_first && power.is_empty() { f64::from(first) } else { gcode::read_f64(power)? };
-            let length = gcode::read_f64(length)?;
-            let whole = length as u16;
-            if power.is_sign_negative() || whole == 0 || f64::from(whole) != length {
-                return None;
+        let (mut power, mut length, mut rest) = (first, None, list);
+        loop {
+            let Some(mark) = rest.bytes().next() else {
+                pixels.push(power, length)?;
+                let count = f64::from(pixels.left);
+                pixels.way = PerAxis(core::array::from_fn(|axis| (to.0[axis] - from.0[axis]) / count));
+                return Some(pixels);
+            };
+            let behind = rest.get(1..)?;
+            let end = behind.bytes().position(|byte| matches!(byte, b':' | b'@')).unwrap_or(behind.len());
+            let number;
+            (number, rest) = behind.split_at_checked(end)?;
+            let number = gcode::read_f64(number)?;
+            if mark == b'@' {
+                if length.replace(number).is_some() {
+                    return None;
+                }
+            } else {
+                pixels.push(power, length.take())?;
+                power = number as f32;
             }
-            pixels.powers.push(power as f32).ok()?;
-            pixels.lengths.push(whole).ok()?;
-            pixels.left += u32::from(whole);
         }
-        pixels.powers.reverse();
-        pixels.lengths.reverse();
-        let count = f64::from(pixels.left);
-        pixels.way = PerAxis(core::array::from_fn(|axis| (to.0[axis] - from.0[axis]) / count));
-        Some(pixels)
+    }
+
+    /// Appends a run of one pixel, or of so many.
+    fn push(&mut self, power: f32, length: Option<f64>) -> Option<()> {
+        let length = length.unwrap_or(1.0);
+        let whole = length as u16;
+        let index = usize::from(self.count);
+        let is_run = power >= 0.0 && whole > 0 && f64::from(whole) == length;
+        *self.powers.get_mut(index).filter(|_| is_run)? = power;
+        *self.lengths.get_mut(index)? = whole;
+        self.left += u32::from(whole);
+        self.count += 1;
+        Some(())
     }
 
     /// Whether no pixel is left.
     pub(crate) fn is_empty(&self) -> bool {
-        self.powers.is_empty()
+        self.taken == self.count
     }
 
     /// Returns the end of the line, while a pixel is left.
@@ -60,13 +78,18 @@ impl Pixels {
 
     /// Forgets what is left.
     pub(crate) fn clear(&mut self) {
-        self.powers.clear();
+        self.taken = self.count;
     }
 
     /// Takes the next run: its S and its end. The last one ends where the line does.
     pub(crate) fn next(&mut self) -> Option<(f32, PerAxis<f64>)> {
-        let power = self.powers.pop()?;
-        self.left -= u32::from(self.lengths.pop()?);
+        let index = usize::from(self.taken);
+        let (power, length) = (*self.powers.get(index)?, *self.lengths.get(index)?);
+        if self.is_empty() {
+            return None;
+        }
+        self.taken += 1;
+        self.left -= u32::from(length);
         let left = f64::from(self.left);
         Some((power, PerAxis(core::array::from_fn(|axis| self.end.0[axis] - self.way.0[axis] * left))))
     }
