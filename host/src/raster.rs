@@ -191,8 +191,11 @@ impl Raster {
             tile(format!("{width} x {height}"), "mm", "size"),
             tile(self.layout.pixel.to_string(), "mm", "pixel"),
             tile(format!("{} x {}", self.levels.columns, self.levels.rows), "", "pixels"),
-            tile(self.text.lines().count().to_string(), "", "lines of G-code"),
-            tile(format!("{:.1}", self.text.len() as f64 / 1e3), "kB", "of G-code"),
+            tile(
+                format!("{:.1}", self.text.len() as f64 / 1e3),
+                "kB",
+                &format!("{} lines of G-code", self.text.lines().count()),
+            ),
         ];
         let rows = std::iter::once(["picture".to_owned(), source]).chain(figures).collect();
         let facts = Facts {
