@@ -217,12 +217,11 @@ fn machine(options: &Options, axis: Axis) -> Result<Machine> {
         let Some(acceleration) = motion.acceleration else {
             bail!("the acceleration is needed for the leads of the rows: give --config FILE, or --acceleration MM/S^2");
         };
-        let limits = Limits { speed: f64::INFINITY, acceleration, jerk: f64::INFINITY, seek: motion.feed / 60.0 };
+        let limits =
+            Limits { speed: f64::INFINITY, acceleration, jerk: f64::INFINITY, seek: motion.feed / 60.0, spread: 0.0 };
         return Ok(Machine { config: None, limits, travel: [[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]], scale: 1.0 });
     };
-    let mut machine = Machine::read(path, axis, options.place.at)?;
-    machine.limits.acceleration = motion.acceleration.unwrap_or(machine.limits.acceleration);
-    Ok(machine)
+    Machine::read(path, axis, options.place.at)
 }
 
 /// Returns the levels of the picture at the size that is asked for.

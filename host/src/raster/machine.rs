@@ -7,6 +7,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use base::safety::travel::Travel;
 use base::tuning::Tuning;
 use config::{BoardId, MachineConfig};
+use motion::Shaper;
 use units::{Actuator, Axis, PerAxis};
 
 /// Way over which motors are compared with an axis, mm.
@@ -23,6 +24,8 @@ pub struct Limits {
     pub jerk: f64,
     /// Speed of G0, mm/s.
     pub seek: f64,
+    /// Time by which an input shaper spreads a change of speed, seconds.
+    pub spread: f64,
 }
 
 /// Machine as its configuration describes it.
@@ -43,12 +46,27 @@ impl Limits {
         0.5 * speed * self.ramp_seconds(speed)
     }
 
+    /// Returns the way after which a move from rest has a speed for good, behind the shaper, mm.
+    pub fn run_up(&self, speed: f64) -> f64 {
+        self.ramp(speed) + self.spread * speed
+    }
+
+    /// Returns the greatest speed that a move from rest has for good after a way.
+    pub fn fastest(&self, way: f64) -> f64 {
+        self.greatest(way, Self::run_up)
+    }
+
     /// Returns the greatest speed that is reached from rest on a way.
-    pub fn reached(&self, way: f64) -> f64 {
+    fn reached(&self, way: f64) -> f64 {
+        self.greatest(way, Self::ramp)
+    }
+
+    /// Returns the greatest speed whose way, by a function that rises with it, is no longer than this.
+    fn greatest(&self, way: f64, of: fn(&Self, f64) -> f64) -> f64 {
         let (mut low, mut high) = (0.0, (2.0 * way * self.acceleration).sqrt());
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if self.ramp(middle) > way { high = middle } else { low = middle }
+            if of(self, middle) > way { high = middle } else { low = middle }
         }
         low
     }
@@ -103,6 +121,7 @@ impl Machine {
             acceleration: general.acceleration.get(),
             jerk: jerks[0].min(jerks[1]),
             seek: config.motion.default_seek_rate.get(),
+            spread: motion.filters.shapers[index].map_or(0.0, |shaper| duration(&shaper)),
         };
         for motor in Actuator::ALL.into_iter().take(Axis::PRIMARY.len()) {
             let share = (to[motor] - from[motor]).abs() / WAY;
@@ -122,6 +141,11 @@ impl Machine {
     }
 }
 
+/// Returns the time from a shaper's first pulse to its last, seconds.
+fn duration(shaper: &Shaper) -> f64 {
+    shaper.pulses().as_slice().iter().map(|pulse| pulse.time).fold(0.0, f64::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,9 +155,11 @@ mod tests {
     #[test]
     fn the_sample_of_a_laser_is_read() {
         let machine = Machine::read(Path::new(SAMPLE), Axis::X, [0.0; 2]).expect("a laser");
-        let limits = Limits { speed: 200.0, acceleration: 1_500.0, jerk: f64::INFINITY, seek: 200.0 };
+        let limits = Limits { speed: 200.0, acceleration: 1_500.0, jerk: f64::INFINITY, seek: 200.0, spread: 0.0 };
         assert_eq!((machine.limits, machine.scale), (limits, 1_000.0));
         assert_eq!(machine.travel, [[0.0, 0.0], [420.0, 320.0]]);
+        let shaper = Shaper { kind: motion::ShaperKind::Zv, frequency: 50.0, damping: 0.0 };
+        assert!((duration(&shaper) - 0.01).abs() < 1e-9, "half a period");
         let printer = SAMPLE.replace("laser.ini", "cartesian.ini");
         let error = Machine::read(Path::new(&printer), Axis::X, [0.0; 2]).expect_err("no laser");
         assert!(error.to_string().contains("has no laser"));
@@ -141,7 +167,7 @@ mod tests {
 
     #[test]
     fn times_are_those_of_trapezoids_and_of_ramps_with_a_jerk() {
-        let plain = Limits { speed: 200.0, acceleration: 1_000.0, jerk: f64::INFINITY, seek: 200.0 };
+        let plain = Limits { speed: 200.0, acceleration: 1_000.0, jerk: f64::INFINITY, seek: 200.0, spread: 0.0 };
         assert!((plain.ramp(100.0) - 5.0).abs() < 1e-9 && (plain.seconds(20.0, 100.0) - 0.3).abs() < 1e-9);
         assert!((plain.seconds(4.0, 500.0) - 2.0 * (4.0_f64 / 1_000.0).sqrt()).abs() < 1e-6, "a triangle");
         assert!((plain.seconds(140.0, 500.0) - 0.9).abs() < 1e-9, "the axis' own limit");
@@ -149,5 +175,7 @@ mod tests {
         assert!((smooth.ramp(100.0) - 7.5).abs() < 1e-9, "0.15 s at half the speed");
         assert!((smooth.ramp(20.0) - 20.0 * (20.0_f64 / 20_000.0).sqrt()).abs() < 1e-9);
         assert!((smooth.ramp(smooth.reached(3.0)) - 3.0).abs() < 1e-6);
+        let shaped = Limits { spread: 0.02, ..plain };
+        assert!((shaped.run_up(100.0) - 7.0).abs() < 1e-9 && (shaped.fastest(7.0) - 100.0).abs() < 1e-6);
     }
 }

@@ -105,8 +105,8 @@ pub struct MotionOptions {
     /// Air assist: M8 before the picture, M9 behind it
     #[arg(long)]
     pub air: bool,
-    /// Acceleration along the rows, mm/s^2 [default: that of the configuration]
-    #[arg(long, value_name = "MM/S^2")]
+    /// Acceleration along the rows, mm/s^2, where there is no --config
+    #[arg(long, value_name = "MM/S^2", conflicts_with = "config")]
     pub acceleration: Option<f64>,
     /// Go along columns, Y, instead of rows, X
     #[arg(long)]

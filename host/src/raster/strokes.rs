@@ -55,7 +55,7 @@ impl Layout {
     /// Returns the length of the lead before and behind each stroke: the speed is reached on it, with some to
     /// spare.
     pub fn lead(limits: &Limits, speed: f64) -> f64 {
-        limits.ramp(speed) + SPARE_MM
+        limits.run_up(speed) + SPARE_MM
     }
 
     /// Returns the strokes of a picture, from below or from the left. Lines without a burnt pixel have none.
@@ -138,7 +138,7 @@ impl Layout {
             }
             let room = (least + lead - low).min(high - (most - lead)) - SPARE_MM;
             if lead > 0.0 && room > 0.0 {
-                ways.push(format!("--feed up to {:.0}", (limits.reached(room) * 60.0).floor()));
+                ways.push(format!("--feed up to {:.0}", (limits.fastest(room) * 60.0).floor()));
             }
             if ways.is_empty() {
                 ways.push(format!("a smaller picture: with its leads it is {:.2} mm long", most - least));
@@ -187,7 +187,8 @@ fn stroke(levels: &[u8], line: usize, backward: bool) -> Option<Stroke> {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits { speed: 500.0, acceleration: 1_000.0, jerk: f64::INFINITY, seek: 500.0 };
+    const LIMITS: Limits =
+        Limits { speed: 500.0, acceleration: 1_000.0, jerk: f64::INFINITY, seek: 500.0, spread: 0.0 };
 
     fn layout(axis: Axis) -> Layout {
         Layout { pixel: 0.5, at: [10.0, 20.0], axis, both_directions: true, reverse_offset: 0.25, lead: 6.0 }
