@@ -38,11 +38,13 @@ fn why(arguments: &str) -> String {
     made(arguments).map_or_else(|error| format!("{error:#}"), |_| "it was made".to_owned())
 }
 
-/// Any levels, in runs as pictures have them.
+/// Any levels, in runs as pictures have them: from single pixels, of which a row has lines of its own, to
+/// whole rows.
 fn any_levels() -> impl Strategy<Value = Levels> {
-    let sizes = (1..150_usize, 1..10_usize, prop_oneof![Just(2_u16), Just(3), 2..=256_u16]);
-    sizes.prop_flat_map(|(columns, rows, count)| {
-        let run = (prop_oneof![Just(0), Just(1), 0..count], prop_oneof![Just(1_usize), 1..40_usize]);
+    let count = prop_oneof![Just(2_u16), Just(3), 2..=256_u16];
+    let sizes = (1..150_usize, 1..10_usize, count, prop_oneof![Just(1_usize), Just(3), Just(300)]);
+    sizes.prop_flat_map(|(columns, rows, count, longest)| {
+        let run = (prop_oneof![Just(0), Just(1), 0..count], 1..=longest);
         proptest::collection::vec(run, columns * rows).prop_map(move |runs| {
             let all = runs.into_iter().flat_map(|(level, length)| std::iter::repeat_n(level as u8, length));
             Levels { columns, rows, count, of: all.take(columns * rows).collect() }
