@@ -33,7 +33,7 @@ const mm = value => String(+value.toFixed(3));
 // --- the picture ---
 
 // Place of the picture's left upper corner, and points of the screen for a pixel of the laser.
-const view = { x: 0, y: 0, scale: 1 };
+const view = { x: 0, y: 0, scale: 1, isWhole: true };
 
 function room() {
   return { wide: of("burnt").clientWidth, high: of("burnt").clientHeight };
@@ -42,7 +42,7 @@ const fitting = () => Math.min((room().wide - 48) / columns, (room().high - 48) 
 
 function centre(scale) {
   const { wide, high } = room();
-  Object.assign(view, { scale, x: (wide - columns * scale) / 2, y: (high - rows * scale) / 2 });
+  Object.assign(view, { scale, isWhole: true, x: (wide - columns * scale) / 2, y: (high - rows * scale) / 2 });
   drawBurnt();
 }
 
@@ -51,6 +51,7 @@ function zoom(factor, x, y) {
   view.x = x - (x - view.x) * scale / view.scale;
   view.y = y - (y - view.y) * scale / view.scale;
   view.scale = scale;
+  view.isWhole = false;
   drawBurnt();
 }
 
@@ -65,9 +66,7 @@ function drawBurnt() {
   // A ruler of about a fifth of the width.
   const bar = step(wide / scale * data.pixel, 12), length = bar / data.pixel * scale;
   pen.fillStyle = style("--card");
-  pen.globalAlpha = 0.85;
   pen.fillRect(12, high - 40, length + 24, 30);
-  pen.globalAlpha = 1;
   pen.fillStyle = style("--ink");
   pen.fillRect(24, high - 18, length, 2);
   pen.fillRect(24, high - 22, 1, 6);
@@ -87,6 +86,7 @@ function follow(canvas) {
     if (!from) return;
     if (fingers.size === 1) {
       view.x += to[0] - from[0]; view.y += to[1] - from[1];
+      view.isWhole = false;
       fingers.set(event.pointerId, to);
       drawBurnt();
     } else {
@@ -214,5 +214,8 @@ of("whole").addEventListener("click", () => centre(fitting()));
 of("single").addEventListener("click", () => { const { wide, high } = room(); zoom(10 / view.scale, wide / 2, high / 2); });
 of("rapids").addEventListener("change", drawMachine);
 follow(of("burnt"));
-window.addEventListener("resize", () => { centre(fitting()); drawMachine(); });
+window.addEventListener("resize", () => {
+  if (view.isWhole) centre(fitting()); else drawBurnt();
+  drawMachine();
+});
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
