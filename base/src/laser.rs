@@ -67,7 +67,7 @@ impl LaserScale {
     #[must_use]
     #[inline]
     pub fn power(&self, request: &Move) -> Power {
-        Power { level: self.level(request.power), by_speed: request.power_by_speed }
+        Power { level: self.level(request.power), law: request.power_law }
     }
 
     /// Returns the laser in motion's terms; `None` on a machine without one.
@@ -102,6 +102,7 @@ fn curve(config: &MachineConfig) -> PowerCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use units::PowerLaw;
 
     fn machine(most_s: f32) -> MachineConfig {
         let mut config = MachineConfig::default();
@@ -128,12 +129,12 @@ mod tests {
             shape: program::Shape::Line { names_xy: true },
             rate: program::Rate::Feed(units::MmPerSecond(1.0)),
             power: 0.0,
-            power_by_speed: true,
+            power_law: PowerLaw::BySpeed,
             corner: program::Corner::Sharp,
         };
-        assert_eq!(scale.power(&request), Power { level: 0, by_speed: true });
+        assert_eq!(scale.power(&request), Power { level: 0, law: PowerLaw::BySpeed });
         request.power = 1_000.0;
-        assert_eq!(scale.power(&request), Power { level: Power::FULL, by_speed: true });
+        assert_eq!(scale.power(&request), Power { level: Power::FULL, law: PowerLaw::BySpeed });
     }
 
     #[test]

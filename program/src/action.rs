@@ -1,7 +1,7 @@
 //! Actions that the interpreter asks the machine to carry out, one at a time.
 
 use gcode::Code;
-use units::{AxisSet, Celsius, HeaterId, Micros, MmPerSecond, PerAxis, Plane, SwitchId};
+use units::{AxisSet, Celsius, HeaterId, Micros, MmPerSecond, PerAxis, Plane, PowerLaw, SwitchId};
 
 use crate::function::Function;
 use crate::lights::LightChange;
@@ -235,8 +235,8 @@ pub struct Move {
     pub rate: Rate,
     /// Laser power, the S word.
     pub power: f32,
-    /// Whether the power follows the speed along the path (M4).
-    pub power_by_speed: bool,
+    /// Whether a laser burns along the move, and how its power depends on the speed (M3, M4, M5).
+    pub power_law: PowerLaw,
     /// Treatment of the corner at the beginning of the move.
     pub corner: Corner,
 }

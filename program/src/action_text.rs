@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Write};
 
-use units::PerAxis;
+use units::{PerAxis, PowerLaw};
 
 use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Move, ProbeAlong, ProbeDown, Rate, Shape};
 use crate::function::Function;
@@ -150,7 +150,7 @@ fn describe_move(f: &mut fmt::Formatter<'_>, request: &Move, from: &PerAxis<f64>
     }
     if request.power != 0.0 {
         write!(f, ", S{}", request.power)?;
-        if request.power_by_speed {
+        if request.power_law == PowerLaw::BySpeed {
             f.write_str(" by speed")?;
         }
     }

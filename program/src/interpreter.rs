@@ -260,8 +260,8 @@ impl Interpreter {
     }
 
     fn by_modes(&self, target: PerAxis<f64>, shape: Shape, rate: Rate) -> Move {
-        let (power, power_by_speed) = self.setup.power_of_moves(&self.modal);
-        Move { target, shape, rate, power, power_by_speed, corner: self.modal.corner }
+        let (power, power_law) = self.setup.power_of_moves(&self.modal);
+        Move { target, shape, rate, power, power_law, corner: self.modal.corner }
     }
 
     /// Returns the move of the next pixel of a line, and moves the program's position to its end.

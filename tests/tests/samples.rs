@@ -1,6 +1,6 @@
 //! Every sample configuration boots without a finding and does a short job.
 
-use scenarios::{Bench, Plan};
+use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Beta, Gamma};
 
 const MINIMAL: &str = include_str!("../../config/samples/minimal.ini");
@@ -161,4 +161,56 @@ fn the_lathe_faces_and_turns_a_taper() {
     assert_near(bench.carriage(Gamma), -30.0, "z");
     assert_eq!(bench.world(|world| world.trace().tally(Beta).steps), 0, "there is no Y");
     assert!(bench.say("G33 Z-10 K1").contains("G33 needs a spindle encoder"), "no threading yet");
+}
+
+/// Edge of a job: time since its first one (nanoseconds), motor, direction.
+type Edge = (u64, units::Actuator, units::Direction);
+
+/// Returns the edges of a job that is played from the card, and the number of changes of the laser's power.
+fn edges_of(config: &str, before: &[&str], job: &str) -> (Vec<Edge>, usize) {
+    let mut bench = start(config);
+    before.iter().for_each(|line| assert_eq!(bench.say(line), "ok\n", "{line}"));
+    bench.write_card("job.gc", job.as_bytes());
+    bench.world(|world| (world.trace_mut().take(), world.trace_mut().take_power()));
+    bench.say("play /sd/job.gc");
+    let said = bench.hear(120.0);
+    assert!(!said.contains("error") && bench.status().starts_with("<Idle"), "{said}{}", bench.status());
+    let edges = bench.world(|world| world.trace_mut().take());
+    let began = edges.first().map_or(0, |edge| edge.time_ns);
+    let edges = edges.into_iter().map(|edge| (edge.time_ns - began, edge.actuator, edge.direction));
+    (edges.collect(), bench.world(|world| world.trace_mut().take_power()).len())
+}
+
+/// Rows of pixels in both directions, `levels` different powers, with overscan.
+fn raster(levels: u32) -> String {
+    let mut text = String::from("G90\nM3\nG1 F6000\n");
+    for row in 0..6 {
+        let y = 10.0 + f64::from(row) * 0.1;
+        let place = |pixel: u32| 20.0 + 0.05 * f64::from(if row % 2 == 0 { pixel } else { 200 - pixel });
+        text += &format!("G0 X{:.3} Y{y:.3}\n", if row % 2 == 0 { 15.0 } else { 35.0 });
+        text += &format!("G1 X{:.3} S0\n", place(0));
+        for pixel in 1..=200 {
+            text += &format!("X{:.3} S{}\n", place(pixel), (pixel * 7 + row * 13) % levels);
+        }
+    }
+    text + "M5\n"
+}
+
+/// Power never moves a step: a picture's steps are those of the same rows in the dark, and a job that knows
+/// no laser makes the same steps on a machine with one as without.
+#[test]
+fn a_laser_moves_no_step() {
+    let (dark, changes_in_the_dark) = edges_of(LASER, &["$H"], &raster(1));
+    let (picture, changes) = edges_of(LASER, &["$H"], &raster(1_000));
+    assert_eq!(changes_in_the_dark, 0);
+    assert!(changes > 1_000 && picture.len() > 10_000, "{changes} changes, {} edges", picture.len());
+    assert!(dark == picture);
+    // Without what waits, which begins anew at a moment of the executor.
+    let waits = |line: &&str| ["G28", "M109", "M190"].iter().any(|code| line.starts_with(code));
+    let job = include_str!("data/slicers/prusaslicer.gcode");
+    let job: String = job.lines().filter(|line| !waits(line)).map(|line| format!("{line}\n")).collect();
+    let with = CARTESIAN.to_owned() + "\n[laser]\nenable = true\npwm_pin = PWM2_1\n";
+    let before = ["G28.3 X0 Y0 Z0", "M302 P1"];
+    let (without, with) = (edges_of(CARTESIAN, &before, &job), edges_of(&with, &before, &job));
+    assert!(without.0.len() > 1_000 && without == with, "{} edges", without.0.len());
 }

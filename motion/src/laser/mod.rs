@@ -1,18 +1,19 @@
 //! Power of a laser along the path: what a move asks for, and what the laser is like.
 
+use units::PowerLaw;
+
 /// Power of a laser during a move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Power {
     /// Share of full power at the requested speed, in 1/65535.
     pub level: u16,
-    /// Power follows the actual speed along the path over the requested one (M4), rather than being constant
-    /// (M3).
-    pub by_speed: bool,
+    /// Dependence on the speed.
+    pub law: PowerLaw,
 }
 
 impl Power {
     /// No power.
-    pub const OFF: Self = Self { level: 0, by_speed: false };
+    pub const OFF: Self = Self { level: 0, law: PowerLaw::Off };
     /// Level of full power.
     pub const FULL: u16 = u16::MAX;
 }

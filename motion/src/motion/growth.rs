@@ -1,13 +1,13 @@
 //! The last block in the queue grows: moves that go straight on become part of it.
 //!
 //! A picture comes as thousands of collinear moves, each a pixel, of which the look-ahead could never hold
-//! enough to reach a speed. So where there is a laser, such moves become one block with a table of levels.
+//! enough to reach a speed. So between M3 or M4 and M5 such moves become one block with a table of levels.
 //!
 //! The path is the same: only what lies within a micrometre of the line is taken. While a block grows, its
 //! whole length is in reserve, so no plan depends on how far it has come when the motors need the plan.
 //! Marks, curves, corners, other feeds and laws end it, a flush, and [`MOST_MOVES`].
 
-use units::{Axis, PerAxis, Ticks};
+use units::{Axis, PerAxis, PowerLaw, Ticks};
 
 use super::{Exit, Last, Motion, State, corner::MOST_CUT, submit};
 use crate::{
@@ -39,7 +39,7 @@ impl Motion {
         let goes_on = matches!(self.state, State::Running | State::Holding | State::Held);
         let is_plain = request.mode == Mode::Feed && request.corner != Corner::Stop && request.curve.is_line();
         let alike = request.feed_rate.get() == growth.requested
-            && request.power.by_speed == growth.power.by_speed
+            && request.power.law == growth.power.law
             && request.part == growth.part;
         let only_primary = Axis::ALL.into_iter().skip(3).all(|axis| request.target[axis] == self.planned[axis]);
         waits && goes_on && is_plain && alike && only_primary && self.is_on_line(request)
@@ -114,16 +114,17 @@ impl Motion {
         }
     }
 
-    /// Lets the block just appended grow, if it is a straight working move of X, Y and Z that adds `unit` to
-    /// each axis for a millimetre.
+    /// Lets the block just appended grow, if it is a straight working move of X, Y and Z with a laser that is
+    /// on, dark or not, and adds `unit` to each axis for a millimetre.
     #[inline(never)]
     fn grow_from(&mut self, request: &Move, origin: PerAxis<f64>, unit: &PerAxis<f64>) {
         self.laser.growth.moves = 0;
         let [x, y, z, others @ ..] = unit.0;
         let only_primary = others.iter().all(|part| *part == 0.0);
         let is_plain = request.mode == Mode::Feed && request.corner != Corner::Stop && only_primary;
+        let is_lit = request.power.law != PowerLaw::Off;
         // The plan of a cruise ratio knows no reserve.
-        if !is_plain || self.planner.keeps_cruise_ratio() {
+        if !is_plain || !is_lit || self.planner.keeps_cruise_ratio() {
             return;
         }
         let Some(length) = self.planner.ahead(self.planner.len().wrapping_sub(1)).map(|block| block.length) else {

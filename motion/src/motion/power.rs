@@ -4,7 +4,7 @@
 //! filters the motors follow later, each axis in its own way: a change waits until the filters' output comes
 //! to its place, and what follows the speed follows that of the output.
 
-use units::{Axis, Ticks};
+use units::{Axis, PowerLaw, Ticks};
 
 use super::{Motion, State};
 use crate::{
@@ -117,10 +117,11 @@ impl Motion {
         };
         let [x, y, z, ..] = run.path.direction.0;
         let all_axes = x == 0.0 && y == 0.0 && z == 0.0 && run.path.curve.is_line();
-        let (kind, reference) = match run.block.power.by_speed {
-            true => (Kind::BySpeed, run.block.requested as f32),
-            false if self.laser.fade > 0.0 => (Kind::Fading, self.laser.fade),
-            false => (Kind::Constant, 0.0),
+        let (kind, reference) = match run.block.power.law {
+            PowerLaw::BySpeed => (Kind::BySpeed, run.block.requested as f32),
+            PowerLaw::Constant if self.laser.fade > 0.0 => (Kind::Fading, self.laser.fade),
+            PowerLaw::Constant => (Kind::Constant, 0.0),
+            PowerLaw::Off => return Law::OFF,
         };
         Law { level, kind, all_axes, reference }
     }

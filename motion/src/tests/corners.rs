@@ -3,7 +3,7 @@
 use std::vec::Vec;
 
 use proptest::prelude::*;
-use units::{MmPerSecond, PerAxis};
+use units::{MmPerSecond, PerAxis, PowerLaw};
 
 use super::{
     curves::path_within_limits,
@@ -147,7 +147,7 @@ fn a_corner_of_unlike_moves_and_one_already_begun_stay_sharp() {
     let [first, second, ..] = square();
     let rounded = Move { corner: Corner::Rounded(0.5), ..Move::feed(first, MmPerSecond(100.0)) };
     let unlike = [
-        Move { power: Power { level: 32_768, by_speed: false }, target: second, ..rounded },
+        Move { power: Power { level: 32_768, law: PowerLaw::Constant }, target: second, ..rounded },
         Move { mode: crate::Mode::Rapid, target: second, ..rounded },
         Move { corner: Corner::Sharp, target: second, ..rounded },
     ];

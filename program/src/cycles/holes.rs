@@ -2,7 +2,7 @@
 //! stored: [`Holes`] computes the next action from the current stage.
 
 use heapless::Vec;
-use units::{Axis, Micros, PerAxis};
+use units::{Axis, Micros, PerAxis, PowerLaw};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::state::auxiliary::{Auxiliary, Spindle};
@@ -201,7 +201,7 @@ impl Holes {
                 shape,
                 rate,
                 power,
-                power_by_speed: false,
+                power_law: PowerLaw::Off,
                 corner,
             })));
         }

@@ -2,7 +2,7 @@
 //! stage. Words and geometry are LinuxCNC's.
 
 use heapless::Vec;
-use units::{Axis, PerAxis};
+use units::{Axis, PerAxis, PowerLaw};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::state::auxiliary::Auxiliary;
@@ -138,7 +138,7 @@ impl Passes {
                 shape,
                 rate,
                 power,
-                power_by_speed: false,
+                power_law: PowerLaw::Off,
                 corner: Corner::Sharp,
             }));
         }

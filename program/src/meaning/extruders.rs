@@ -1,7 +1,7 @@
 //! Extruders: tool selection (T), firmware retraction, and their settings.
 
 use gcode::NO_TOOL;
-use units::{Axis, MmPerSecond};
+use units::{Axis, MmPerSecond, PowerLaw};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
@@ -50,7 +50,7 @@ fn move_by<'b>(program: &mut Interpreter, axis: Axis, by: f64, rate: MmPerSecond
     // Filament, and lifts of a retraction: nothing to burn by.
     let power = if program.setup.laser.is_some() { 0.0 } else { program.modal.power };
     let (target, shape, rate) = (program.position, Shape::Line { names_xy: false }, Rate::Feed(rate));
-    Action::Move(Move { target, shape, rate, power, power_by_speed: false, corner: Corner::Sharp })
+    Action::Move(Move { target, shape, rate, power, power_law: PowerLaw::Off, corner: Corner::Sharp })
 }
 
 /// G11: lowers the tool, then pushes the filament forward.

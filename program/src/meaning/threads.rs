@@ -1,6 +1,6 @@
 //! Moves that follow the spindle: G33, G33.1 and the threading cycle G76, with LinuxCNC's words.
 
-use units::{Axis, Plane};
+use units::{Axis, Plane, PowerLaw};
 
 use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
@@ -43,7 +43,14 @@ pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     program.position = target;
     let shape = Shape::Line { names_xy: words.has('X') || words.has('Y') };
     let (rate, power) = (Rate::PerRevolution(pitch), program.modal.power);
-    Ok(Meaning::Action(Action::Move(Move { target, shape, rate, power, power_by_speed: false, corner: Corner::Sharp })))
+    Ok(Meaning::Action(Action::Move(Move {
+        target,
+        shape,
+        rate,
+        power,
+        power_law: PowerLaw::Off,
+        corner: Corner::Sharp,
+    })))
 }
 
 /// Checks the conditions common to all moves that follow the spindle.

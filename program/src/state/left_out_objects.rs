@@ -7,7 +7,7 @@
 //! first printed line.
 
 use heapless::Vec;
-use units::{Axis, MmPerSecond, PerAxis};
+use units::{Axis, MmPerSecond, PerAxis, PowerLaw};
 
 use crate::action::{Corner, Move, Rate, Shape};
 
@@ -226,7 +226,7 @@ impl Way {
                 shape,
                 rate,
                 power: 0.0,
-                power_by_speed: false,
+                power_law: PowerLaw::Off,
                 corner: Corner::Sharp,
             });
         }

@@ -1,7 +1,7 @@
 //! Facts about the machine that the interpreter gets at start-up.
 
 use heapless::Vec;
-use units::{Celsius, MmPerSecond, SwitchId, ToolId};
+use units::{Celsius, MmPerSecond, PowerLaw, SwitchId, ToolId};
 
 pub use units::{CycleSetup, ServoSetup, ToolSettings};
 
@@ -54,15 +54,16 @@ impl Setup {
         pulses.map_or(s, |pulses| pulses.percent_of_s(s))
     }
 
-    /// Returns the S of moves in these modes, and whether their power follows the speed: S counts for a laser
-    /// only between M3 or M4 and M5, in laser mode.
+    /// Returns the S of moves in these modes, and how a laser's power depends on the speed: S counts for a
+    /// laser only between M3 or M4 and M5, in laser mode.
     #[inline]
-    pub(crate) fn power_of_moves(&self, modal: &Modal) -> (f32, bool) {
-        let (Some(laser), spindle) = (self.laser, modal.auxiliary.spindle) else { return (modal.power, false) };
+    pub(crate) fn power_of_moves(&self, modal: &Modal) -> (f32, PowerLaw) {
+        let (Some(laser), spindle) = (self.laser, modal.auxiliary.spindle) else { return (modal.power, PowerLaw::Off) };
         if !laser.is_laser_mode || spindle == Spindle::Stopped {
-            return (0.0, false);
+            return (0.0, PowerLaw::Off);
         }
-        (modal.power, laser.always_by_speed || spindle == Spindle::CounterClockwise)
+        let follows = laser.always_by_speed || spindle == Spindle::CounterClockwise;
+        (modal.power, if follows { PowerLaw::BySpeed } else { PowerLaw::Constant })
     }
 }
 

@@ -9,7 +9,7 @@ mod rest;
 use std::vec::Vec;
 
 use proptest::prelude::*;
-use units::{MmPerSecond2, MmPerSecond3};
+use units::{MmPerSecond2, MmPerSecond3, PowerLaw};
 
 use super::{
     filters::shapers,
@@ -26,11 +26,11 @@ pub fn plain() -> LaserConfig {
 }
 
 pub fn constant(level: u16) -> Power {
-    Power { level, by_speed: false }
+    Power { level, law: PowerLaw::Constant }
 }
 
 pub fn by_speed(level: u16) -> Power {
-    Power { level, by_speed: true }
+    Power { level, law: PowerLaw::BySpeed }
 }
 
 /// Machines with and without shapers and jerk.
