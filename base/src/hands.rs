@@ -214,7 +214,15 @@ pub trait Hands<'c> {
     ///
     /// # Errors
     /// When it is refused, or the machine halts.
-    fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure>;
+    fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
+        self.submit(motion::Move { target, feed_rate: rate, mode, ..motion::Move::default() })
+    }
+
+    /// Submits one move as [`Self::go`] does.
+    ///
+    /// # Errors
+    /// As [`Self::go`] has them.
+    fn submit(&mut self, request: motion::Move) -> Result<(), Failure>;
 
     /// Moves and waits until the motors stand there.
     ///

@@ -3,7 +3,7 @@
 use config::MachineConfig;
 use motion::laser::{MOST_CURVE_POINTS, Power, PowerCurve};
 use program::Move;
-use units::{STEP_CLOCK_HZ, within};
+use units::{PowerLaw, STEP_CLOCK_HZ, within};
 
 /// Scale of a laser's power, as codes change it (M452, M221, `$30`, `$31`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,6 +70,17 @@ impl LaserScale {
         Power { level: self.level(request.power), law: request.power_law }
     }
 
+    /// Returns the power of a jog while this is the S of constant power: at most what the configuration
+    /// allows.
+    #[must_use]
+    pub fn of_jog(&self, s: f32, config: &MachineConfig) -> Power {
+        let most = config.laser.framing_power * f32::from(Power::FULL);
+        match self.level(s).min(most as u16) {
+            0 => Power::OFF,
+            level => Power { level, law: PowerLaw::Constant },
+        }
+    }
+
     /// Returns the laser in motion's terms; `None` on a machine without one.
     #[must_use]
     pub fn in_motions_terms(&self, config: &MachineConfig) -> Option<motion::laser::LaserConfig> {
@@ -102,7 +113,6 @@ fn curve(config: &MachineConfig) -> PowerCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use units::PowerLaw;
 
     fn machine(most_s: f32) -> MachineConfig {
         let mut config = MachineConfig::default();

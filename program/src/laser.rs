@@ -3,6 +3,7 @@
 use crate::interpreter::Interpreter;
 use crate::state::auxiliary::Spindle;
 use crate::state::setup::LaserSetup;
+use units::PowerLaw;
 
 /// Returns the laser, if there is one.
 #[must_use]
@@ -15,6 +16,13 @@ pub fn set(program: &mut Interpreter, laser: LaserSetup) {
     if program.setup.laser.is_some() {
         program.setup.laser = Some(laser);
     }
+}
+
+/// Returns the S of constant power in force, M3 in laser mode; 0 without.
+#[must_use]
+pub fn constant_s(program: &Interpreter) -> f32 {
+    let (s, law) = program.setup.power_of_moves(&program.modal);
+    if law == PowerLaw::Constant { s } else { 0.0 }
 }
 
 /// Ends M3 or M4 without a word of the program; S stays.

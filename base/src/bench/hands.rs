@@ -371,9 +371,8 @@ impl<X> Hands<'static> for BenchHands<X> {
         checked.map_err(|out| out.failure(self.texts, self.config))
     }
 
-    fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
+    fn submit(&mut self, request: motion::Move) -> Result<(), Failure> {
         self.enable_motors()?;
-        let request = motion::Move { target, feed_rate: rate, mode, ..motion::Move::default() };
         loop {
             match self.world.motion(|motion| motion.submit(&request)) {
                 Ok(()) => break,

@@ -40,6 +40,9 @@ settings! {
         /// Duty of the least power above zero: S lies evenly between this and maximum_power. $31 in GRBL's
         /// dialect.
         minimum_power: f32 = number("0", &(0.0, 1.0)).unit("fraction").v1("laser_module_minimum_power");
+        /// Greatest power of a jog ($J=) between M3 and M5, which shows where a job will burn: a larger S is
+        /// brought down to it. 0: jogs are dark.
+        framing_power: f32 = number("0", &(0.0, 1.0)).unit("fraction").velvet();
         /// The S of full power. LightBurn writes 1 for Smoothie and 1000 for GRBL. $30 in GRBL's dialect.
         maximum_s_value: f32 = number("1", &(0.001, 1_000_000.0)).v1("laser_module_maximum_s_value");
         /// S until a program sets it.

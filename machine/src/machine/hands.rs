@@ -19,12 +19,12 @@ use base::wait::Waited;
 use base::{Ports, World};
 use config::MachineConfig;
 use jobs::player::Jobs;
-use motion::{Latch, Mode, Motion};
+use motion::{Latch, Motion};
 use procedures::endstop_phase::{EndstopPhases, PhaseHands};
 use procedures::probing::{DeltaRecords, Deployment, ProbeHands};
 use program::{Dialect, Facts, Interpreter, State};
 use thermal::HeatControl;
-use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
+use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
 use crate::machine::frames::Frames;
 use crate::machine::moments::{Featured, Features, Moments as _};
@@ -210,10 +210,9 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
         self.machine.travel()
     }
 
-    fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
+    fn submit(&mut self, request: motion::Move) -> Result<(), Failure> {
         let tag = self.machine.tag;
-        let request = motion::Move { target, feed_rate: rate, mode, tag, ..motion::Move::default() };
-        self.machine.submit(&request)
+        self.machine.submit(&motion::Move { tag, ..request })
     }
 
     fn enable_motors(&mut self) -> Result<(), Failure> {

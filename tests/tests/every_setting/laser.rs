@@ -30,6 +30,7 @@ pub const ROWS: &[Row] = &[
     row("[laser] pwm_frequency", "10000", "20000", Board("laser.rs")).with(LASER),
     row("[laser] maximum_power", "1", "0.5", Look(fired)).with(LASER),
     row("[laser] minimum_power", "0", "0.1", Say(SETTINGS)).with(LASER),
+    row("[laser] framing_power", "0", "0.1", Look(jogged)).with(LASER),
     row("[laser] maximum_s_value", "1000", "255", Say(SETTINGS)).with(LASER),
     row("[laser] default_power", "0", "200", Say(&["M3", "$G"])).with(LASER),
     row("[laser] proportional_power", "false", "true", Say(&["M452"])).with(LASER),
@@ -44,6 +45,15 @@ pub const ROWS: &[Row] = &[
 fn fired(bench: &mut Bench) -> String {
     bench.say("fire 50 1000");
     bench.world(|world| world.laser().duty().to_string())
+}
+
+/// Returns the greatest power along a jog.
+fn jogged(bench: &mut Bench) -> String {
+    bench.run(&["G28.3 X50 Y50 Z10", "M3 S500"]);
+    bench.say("$J=G91 X2 F1200");
+    bench.hear(1.0);
+    let changes = bench.world(|world| world.trace_mut().take_power());
+    changes.iter().map(|change| change.duty).max().unwrap_or_default().to_string()
 }
 
 /// Returns what is said when the lid opens.

@@ -39,7 +39,8 @@ pub(crate) fn run<'c>(hands: &mut impl GrblHands<'c>, command: &str, to: Recipie
     if let Some(words) = command.strip_prefix("J=") {
         let modal = hands.program().modal().clone();
         let jog = jog::read(hands.world().texts, words, &modal)?;
-        let jogged = jog::jog(&mut hands.sequence(to), &jog, &modal);
+        let s = program::laser::constant_s(hands.program());
+        let jogged = jog::jog(&mut hands.sequence(to), &jog, &modal, s);
         hands.resynchronise();
         return jogged.map(|()| Answer::Ok);
     }

@@ -7,6 +7,8 @@ use base::ports::Wake;
 use base::reason::Reason;
 use base::safety::Event;
 use gcode::Blocks;
+use motion::Mode;
+use motion::laser::Power;
 use program::{Modal, State};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
@@ -101,11 +103,11 @@ impl Jog {
 }
 
 /// Makes a jog, behind other jogs: returns when it is planned. A jog that is cancelled while it waits for
-/// room is not made.
+/// room is not made. `s` is that of a laser's constant power, 0 without.
 ///
 /// # Errors
 /// When something else moves, the target is out of the travel, or the machine halts.
-pub(crate) fn jog<'c>(hands: &mut impl Hands<'c>, jog: &Jog, modal: &Modal) -> Result<(), Failure> {
+pub(crate) fn jog<'c>(hands: &mut impl Hands<'c>, jog: &Jog, modal: &Modal, s: f32) -> Result<(), Failure> {
     let config = hands.config();
     let has_motor =
         |axis: Axis| Actuator::from_index(axis as usize).is_some_and(|motor| config.actuators[motor].present);
@@ -144,7 +146,9 @@ pub(crate) fn jog<'c>(hands: &mut impl Hands<'c>, jog: &Jog, modal: &Modal) -> R
         return Ok(());
     }
     let begins = hands.apply(Event::JogBegins);
-    let went = hands.go(target, jog.rate, motion::Mode::Rapid);
+    let power = hands.tuning().laser.of_jog(s, config);
+    let mode = if power == Power::OFF { Mode::Rapid } else { Mode::Feed };
+    let went = hands.submit(motion::Move { target, feed_rate: jog.rate, mode, power, ..motion::Move::default() });
     if begins && went.is_err() && hands.motion(|motion| motion.is_idle()) {
         hands.apply(Event::Drained);
     }

@@ -151,6 +151,20 @@ fn moves_that_cut_have_power_and_nothing_else_has() {
 }
 
 #[test]
+fn a_jog_shows_the_place_with_no_more_than_the_power_for_framing() {
+    let mut bench = plan().set("[laser] framing_power = 0.02").start();
+    bench.run(&["G28.3 X50 Y50 Z10"]);
+    for (s, duty) in [("M3 S500", 1_310), ("M3 S10", 655), ("M4 S500", 0), ("M5 S500", 0)] {
+        assert_eq!(bench.say(s), "ok\n");
+        bench.say("$J=G91 X2 F1200");
+        bench.hear(1.0);
+        let most = changes(&mut bench).into_iter().map(|(_, duty)| duty).max().unwrap_or(0);
+        assert_eq!(most, duty, "{s}");
+        assert_eq!(bench.world(|world| world.laser().duty()), 0, "{s}: it rests");
+    }
+}
+
+#[test]
 fn a_hold_takes_the_power_down_with_the_speed_and_brings_it_back() {
     let mut bench = placed();
     bench.run(&["M3 S500"]);
