@@ -25,7 +25,7 @@ mod time;
 pub use analog::{VFET_INPUT, VMOTOR_INPUT};
 pub use config::{
     ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, GRID_NS, HeaterConfig,
-    Linkage, Operator, OutsidePort, Pin, StripConfig, SwitchConfig, WorldConfig,
+    LaserConfig, Linkage, Operator, OutsidePort, Pin, StripConfig, SwitchConfig, WorldConfig,
 };
 pub use delta::DeltaFrame;
 pub use fault::{Fault, SPELLING, TimedFault};

@@ -1,4 +1,10 @@
-//! The laser at its pins: duty and gate of a beam at rest, and how soon a halt forces both off.
+//! The laser at its pins: duty and gate of a beam at rest, how soon a halt forces both off, and the places of
+//! a picture's edges.
+
+use std::fmt::Write as _;
+
+use sim::trace::{PowerChange, StepEdge};
+use units::Actuator;
 
 use crate::common::MS;
 use crate::common::machine::{changes, pin, watch};
@@ -57,4 +63,91 @@ fn the_output_is_driven_as_it_is_configured() {
     assert_eq!(last(&set_up, ENABLES).map(|(value, _)| value), Some(0b11), "on, and on is low");
     let state = crate::common::machine::state(&mut velvet, "PI5");
     assert!(state.open_drain && state.pull == 1, "{state:?}");
+}
+
+/// The sample's steps for a millimetre of X.
+const STEPS_PER_MM: f64 = 80.0;
+/// Greatest distance of an edge from its place, mm.
+const MOST_OFF_MM: f64 = 0.01;
+/// Rows of the picture: width of each pixel in mm, and its S.
+const PIXELS: [(f64, u16); 8] =
+    [(0.1, 1_000), (0.05, 0), (0.05, 150), (0.3, 0), (1.0, 400), (0.2, 1_000), (0.15, 0), (0.1, 150)];
+
+/// Returns the sample laser at 500 mm/s and 3000 mm/s^2.
+fn fast_laser() -> Plan {
+    let faster = [("= 12000", "= 30000"), ("_acceleration = 1500", "_acceleration = 3000")];
+    let faster = faster.iter().chain(&[(".acceleration = 1500", ".acceleration = 3000")]);
+    let homed = [("must_be_homed = true", "must_be_homed = false"), ("grbl_mode = true", "grbl_mode = false")];
+    let text = include_str!("../../config/samples/laser.ini");
+    let text = faster.chain(&homed).fold(text.to_owned(), |text, (piece, instead)| text.replace(piece, instead));
+    Plan::new().config(&text)
+}
+
+/// Returns a job of a row there and a row back at each of these frequencies, and the X and S of each change
+/// of power that it asks for.
+fn picture(frequencies: &[u32]) -> (String, Vec<(f64, u16)>) {
+    let (mut job, mut asked) = (String::from("M4 S0\nG1 F30000\n"), Vec::new());
+    for hertz in frequencies {
+        let _ = writeln!(job, "M221 R{hertz}");
+        for (first, sign, end) in [(50.0, 1.0, 110.0), (60.0, -1.0, 0.0)] {
+            let _ = writeln!(job, "G1 X{first} S0");
+            let mut x = first;
+            for (width, s) in PIXELS {
+                asked.push((x, s));
+                x += sign * width;
+                let _ = writeln!(job, "G1 X{x:.3} S{s}");
+            }
+            asked.push((x, 0));
+            let _ = writeln!(job, "G1 X{end} S0");
+        }
+    }
+    (job + "M5\n", asked)
+}
+
+/// Returns the place of X at a time, mm: a motor passes half way between two steps at the step's edge, and
+/// runs evenly between two edges.
+fn place(edges: &[(u64, f64)], at_ns: u64) -> f64 {
+    let after = edges.partition_point(|(edge_ns, _)| *edge_ns <= at_ns);
+    let [(from_ns, from), (to_ns, to)] = [edges[after - 1], edges[after]];
+    from + (to - from) * (at_ns - from_ns) as f64 / (to_ns - from_ns) as f64
+}
+
+/// Returns the time of each step edge of X, and X there, mm.
+fn places(edges: &[StepEdge]) -> Vec<(u64, f64)> {
+    let mut steps = 0.0;
+    let edges = edges.iter().filter(|edge| edge.actuator == Actuator::Alpha);
+    edges
+        .map(|edge| {
+            let step = f64::from(edge.direction.sign());
+            steps += step;
+            (edge.time_ns, (steps - 0.5 * step) / STEPS_PER_MM)
+        })
+        .collect()
+}
+
+/// The image, the timer's registers and the pin: each change of power in its place, whatever the frequency.
+#[test]
+fn a_picture_s_edges_at_the_pin_are_in_their_places() {
+    let frequencies = [1_000, 5_000, 20_000, 50_000];
+    let (job, asked) = picture(&frequencies);
+    let mut velvet = fast_laser().file("picture.g", &job).start();
+    velvet.world(|world| world.trace_mut().take_power());
+    velvet.ask("M23 picture.g", SECOND);
+    velvet.type_in("M24");
+    velvet.hear_until("Done printing file", 30 * SECOND);
+    let (edges, changes) = velvet.world(|world| (world.trace_mut().take(), world.trace_mut().take_power()));
+    let edges = places(&edges);
+    assert_eq!(changes.len(), asked.len(), "{changes:?}");
+    let rows = asked.len() / frequencies.len();
+    for (hertz, (asked, made)) in frequencies.iter().zip(asked.chunks(rows).zip(changes.chunks(rows))) {
+        let mut worst = [0.0_f64; 2];
+        for (number, ((x, s), PowerChange { time_ns, duty })) in asked.iter().zip(made).enumerate() {
+            let worst = &mut worst[usize::from(number >= rows / 2)];
+            *worst = worst.max((place(&edges, *time_ns) - x).abs());
+            let share = f64::from(*duty) / f64::from(u16::MAX);
+            assert!((share - f64::from(*s) / 1e3).abs() < 1e-3, "{hertz} Hz, X{x}: {share} for S{s}");
+        }
+        println!("{hertz} Hz: edges off by {:.4} mm at most going up, {:.4} mm going down", worst[0], worst[1]);
+        assert!(worst.iter().all(|worst| *worst <= MOST_OFF_MM), "{hertz} Hz: {worst:?} mm");
+    }
 }

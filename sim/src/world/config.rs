@@ -224,6 +224,15 @@ pub struct StripConfig {
     pub bytes_each: usize,
 }
 
+/// A laser on a timer's output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LaserConfig {
+    /// Timer (0: PWM1) and channel (0: PWM1_1) of the laser.
+    pub output: (usize, usize),
+    /// Level at which the laser burns.
+    pub on_high: bool,
+}
+
 /// A sensor of the width of filament, in front of an extruder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilamentSensorConfig {
@@ -269,6 +278,8 @@ pub struct WorldConfig {
     pub fans: Vec<FanConfig>,
     /// Strips of lights, in the order of the machine's description.
     pub strips: Vec<StripConfig>,
+    /// Laser of the machine.
+    pub laser: Option<LaserConfig>,
     /// Sensor of the width of filament.
     pub filament_sensor: Option<FilamentSensorConfig>,
     /// Temperature of the air, degrees Celsius.
@@ -317,6 +328,7 @@ impl Default for WorldConfig {
                 tachometer: None,
             }],
             strips: Vec::new(),
+            laser: None,
             filament_sensor: None,
             air_c: 22.0,
             vmotor_v: 24.0,

@@ -8,8 +8,8 @@ use units::{Actuator, Axis, PerActuator};
 
 use super::delta::DeltaFrame;
 use super::{
-    ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig, Linkage,
-    Operator, OutsidePort, Pin, StripConfig, SwitchConfig, WorldConfig,
+    ActuatorConfig, AnalogInput, ConverterConfig, DriverConfig, FanConfig, FilamentSensorConfig, HeaterConfig,
+    LaserConfig, Linkage, Operator, OutsidePort, Pin, StripConfig, SwitchConfig, WorldConfig,
 };
 use crate::models::converter::{Kind, Thermocouple};
 use crate::models::gantry::Gantry;
@@ -47,6 +47,7 @@ impl WorldConfig {
             heaters: machine.temperatures.iter().map(heater).collect(),
             fans: fans(machine),
             strips: strips(machine),
+            laser: laser(machine),
             filament_sensor: filament_sensor(machine),
             ..Self::default()
         }
@@ -395,6 +396,12 @@ fn strips(machine: &MachineConfig) -> Vec<StripConfig> {
         StripConfig { output, lights: usize::from(strip.lights()), bytes_each }
     };
     machine.led_strips.iter().map(strip).collect()
+}
+
+fn laser(machine: &MachineConfig) -> Option<LaserConfig> {
+    let pin = machine.laser.pwm_pin.filter(|_| machine.laser.enable)?;
+    let output = (usize::from(pin.timer) - 1, usize::from(pin.channel) - 1);
+    Some(LaserConfig { output, on_high: !machine.laser.inverted })
 }
 
 fn fans(machine: &MachineConfig) -> Vec<FanConfig> {

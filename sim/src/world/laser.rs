@@ -51,6 +51,11 @@ impl World {
         core::mem::take(&mut self.laser.has_lapsed)
     }
 
+    /// Follows a laser's output pin, whatever the lock: from now on it has this duty, 1/65535.
+    pub fn laser_pin(&mut self, at_ns: u64, duty: u16) {
+        self.change_laser(at_ns, duty);
+    }
+
     fn change_laser(&mut self, time_ns: u64, duty: u16) {
         if core::mem::replace(&mut self.laser.duty, duty) != duty {
             self.trace_mut().push_power(PowerChange { time_ns, duty });
