@@ -7,7 +7,7 @@ use base::ports::{LaserPort, MotionPort};
 use base::reason::Reason;
 use base::tuning::Tuning;
 use config::MachineConfig;
-use program::{Interpreter, State};
+use program::{Interpreter, LaserSetup, State, Words};
 use units::{Micros, STEP_CLOCK_HZ};
 
 /// Time of `fire` where none is given.
@@ -180,37 +180,16 @@ pub fn settings<P: MotionPort + LaserPort>(
     program: &mut Interpreter,
 ) -> Outcome {
     let (words, scale) = (code.words, &mut tuning.laser);
-    let Some(mut laser) = program::laser::of(program) else {
+    let Some(laser) = program::laser::of(program) else {
         return Err(Failure::refused(&"there is no laser: see [laser]").with_reason(Reason::NoLaserOutput));
     };
-    let is_scale = words.code().number == 452;
     if words.is_bare() {
-        tell(code, is_scale, scale, laser);
+        tell(code, words.code().number == 452, scale, laser);
         return Ok(Answer::Ok);
     }
-    let mut new = *scale;
-    if is_scale {
-        new.least_s = words.get('L').map_or(new.least_s, |s| s as f32);
-        if let Some(most) = words.get('R') {
-            new.set_most(most as f32);
-        }
-        if new.least_s >= new.most_s {
-            let text = format_args!("L, the S of the least power, must be below R, {}", new.most_s);
-            return Err(code.texts.refused(text));
-        }
-        if let Some(is_on) = words.get('S') {
-            laser.is_laser_mode = is_on != 0.0;
-        }
-    } else {
-        if let Some(factor) = words.get('S') {
-            new.set_factor(factor as f32);
-        }
-        if let Some(is_constant) = words.get('P') {
-            laser.always_by_speed = is_constant == 0.0;
-        }
-        if let Some(hertz) = words.get('R') {
-            code.ports.set_laser_frequency(hertz as u32);
-        }
+    let (new, laser) = changed(code.texts, words, *scale, laser)?;
+    if let (221, Some(hertz)) = (words.code().number, words.get('R')) {
+        code.ports.set_laser_frequency(hertz as u32);
     }
     let in_motion = new.in_motions_terms(code.config);
     let taken = code.ports.motion(|motion| motion.configure_laser(in_motion));
@@ -220,7 +199,40 @@ pub fn settings<P: MotionPort + LaserPort>(
     Ok(Answer::Ok)
 }
 
-fn tell<P>(code: CodeContext<'_, P>, is_scale: bool, scale: &LaserScale, laser: program::LaserSetup) {
+/// Returns scale and modes of a laser after M452 or M221.
+///
+/// # Errors
+/// Where the words contradict each other.
+pub fn changed(
+    texts: &Texts,
+    words: &Words<'_>,
+    mut scale: LaserScale,
+    mut laser: LaserSetup,
+) -> Result<(LaserScale, LaserSetup), Failure> {
+    if words.code().number == 452 {
+        scale.least_s = words.get('L').map_or(scale.least_s, |s| s as f32);
+        if let Some(most) = words.get('R') {
+            scale.set_most(most as f32);
+        }
+        if scale.least_s >= scale.most_s {
+            let text = format_args!("L, the S of the least power, must be below R, {}", scale.most_s);
+            return Err(texts.refused(text));
+        }
+        if let Some(is_on) = words.get('S') {
+            laser.is_laser_mode = is_on != 0.0;
+        }
+    } else {
+        if let Some(factor) = words.get('S') {
+            scale.set_factor(factor as f32);
+        }
+        if let Some(is_constant) = words.get('P') {
+            laser.always_by_speed = is_constant == 0.0;
+        }
+    }
+    Ok((scale, laser))
+}
+
+fn tell<P>(code: CodeContext<'_, P>, is_scale: bool, scale: &LaserScale, laser: LaserSetup) {
     if is_scale {
         let mode = if laser.is_laser_mode { "on" } else { "off" };
         let law = if laser.always_by_speed { "M3 by the speed" } else { "M3 constant" };

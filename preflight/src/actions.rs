@@ -22,6 +22,7 @@ use super::cost::Costs;
 use super::finding::Kind;
 use super::homing as homing_time;
 use super::lines::{Reading, Said};
+use super::power;
 use super::setting_changes;
 use super::state::Preflight;
 
@@ -282,6 +283,8 @@ impl DryRun for Reading<'_, '_> {
             Function::Limit(code) => apart(|| self.set_limit(code, words)),
             Function::Setting(Setting::MaximumTemperature) => setting_changes::set_maximum(self.preflight, words),
             Function::Standing(Standing::StepsPerMm) => apart(|| self.set_steps_per_mm(words)),
+            Function::Standing(Standing::Laser) if words.is_bare() => Ok(()),
+            Function::Standing(Standing::Laser) => apart(|| power::set(self.preflight, self.motion, words)),
             Function::Geometry(what) => apart(|| self.geometry(what, words)),
             Function::Sequence(Sequence::WaitForHeaters | Sequence::WaitForTargets) => {
                 self.preflight.totals.heat_waits += 1;

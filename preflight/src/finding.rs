@@ -53,6 +53,14 @@ pub enum Kind {
     Speed,
     /// An acceleration that a limit cuts.
     Acceleration,
+    /// An S beyond the scale of a laser.
+    Power,
+    /// A rapid with the S of a laser, which is dark.
+    DarkRapid,
+    /// A laser outside laser mode, whose moves do not burn.
+    LaserMode,
+    /// M3 on a machine that has nothing to turn on with it.
+    NothingBurns,
     /// The line cannot be read.
     Text,
     /// Bytes that no text has, or a wrong checksum.
@@ -93,6 +101,10 @@ impl Kind {
             Self::Cold | Self::TooCold => "set the temperature and wait for it (M109) before",
             Self::Speed => "slice for that speed, or raise the limit",
             Self::Acceleration => "slice for that acceleration, or raise the limit",
+            Self::Power => "give the sender and [laser] maximum_s_value (M452 R, $30) the same S of full power",
+            Self::DarkRapid => "write G1 where it is to burn",
+            Self::LaserMode => "turn it on with M452 S1 or $32=1",
+            Self::NothingBurns => "describe it in [laser] or [switch], or turn it on by hand",
             Self::Text => "correct the line",
             Self::Damage => "the file may be damaged: copy it anew",
             Self::Flow => "close what is open",
@@ -110,6 +122,10 @@ impl Kind {
             | Self::Cold
             | Self::Speed
             | Self::Acceleration
+            | Self::Power
+            | Self::DarkRapid
+            | Self::LaserMode
+            | Self::NothingBurns
             | Self::Unforeseen => Severity::Warning,
             _ => Severity::Stop,
         }
@@ -149,6 +165,11 @@ pub(super) struct Once {
     pub unforeseen: bool,
     /// An S that the spindle cannot turn with.
     pub spindle_speed: bool,
+    /// Kinds of power that is not what the file asks for, as [`Kind`] has them.
+    pub full_power: bool,
+    pub dark_rapid: bool,
+    pub laser_mode: bool,
+    pub unheard: bool,
     /// Number of findings said, of kinds that may come in thousands.
     pub out_of_travel: u32,
     pub passed_over: u32,

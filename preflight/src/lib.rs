@@ -19,6 +19,7 @@ mod homing;
 mod limits;
 mod lines;
 mod moves;
+mod power;
 mod setting_changes;
 mod state;
 mod text;

@@ -9,6 +9,7 @@ use motion::Motion;
 use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Problem, Remark};
 
 use super::finding::{Kind, MOST_ALIKE, Severity};
+use super::power;
 use super::state::{Listener, Preflight};
 
 /// A line being read.
@@ -214,6 +215,9 @@ impl Reading<'_, '_> {
         };
         let is_rapid = self.preflight.program.modal().motion == MotionMode::Rapid;
         self.preflight.asks_of_rapids |= is_rapid && block.has('F');
+        if let Some((kind, text)) = power::of_rapid(self.preflight, row, block) {
+            self.say(kind, text);
+        }
         if matches!(meaning, Meaning::PassedOver | Meaning::Unknown) {
             self.effects()?;
             return self.not_done(Some(row), block);

@@ -16,6 +16,7 @@ use super::cost::{Costs, Wish};
 use super::finding::Kind;
 use super::limits::{self, Demand, Limit, Met};
 use super::lines::{Reading, Said};
+use super::power;
 
 /// Greatest relative difference that is rounding.
 const SAME: f64 = 1e-6;
@@ -90,6 +91,9 @@ impl Reading<'_, '_> {
             }
         }
         self.look_for_cold(request, from);
+        if let Some((kind, text)) = power::of_move(self.preflight, request) {
+            self.say(kind, text);
+        }
         Ok(())
     }
 

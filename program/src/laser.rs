@@ -1,5 +1,7 @@
 //! The laser, as the machine sets it.
 
+use gcode::Code;
+
 use crate::interpreter::Interpreter;
 use crate::state::auxiliary::Spindle;
 use crate::state::setup::LaserSetup;
@@ -9,6 +11,12 @@ use units::PowerLaw;
 #[must_use]
 pub const fn of(program: &Interpreter) -> Option<LaserSetup> {
     program.setup.laser
+}
+
+/// Whether an output listens to M3, as that of a spindle does.
+#[must_use]
+pub fn has_m3_of_outputs(program: &Interpreter) -> bool {
+    program.setup.claims.of(Code::m(3)).next().is_some()
 }
 
 /// Sets laser mode, and whether the power of M3 follows the speed too, where there is a laser.

@@ -6,6 +6,7 @@ mod listening;
 mod machine;
 mod moves;
 mod outputs;
+mod power;
 mod time;
 
 use base::failure::Texts;

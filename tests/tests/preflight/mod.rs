@@ -7,6 +7,7 @@ mod limits;
 mod time_left;
 
 use std::fmt::Write;
+use std::sync::LazyLock;
 
 use config::BoardId;
 use motion::Motion;
@@ -156,10 +157,16 @@ fn corpus() -> Vec<(String, String, String)> {
         .collect()
 }
 
+/// The sample laser, which homes by G28.
+static LASER: LazyLock<String> = LazyLock::new(|| {
+    include_str!("../../../config/samples/laser.ini").replace("grbl_mode = true", "grbl_mode = false")
+});
+
 fn machine_of(name: &str) -> &'static str {
     match name.split_once(": ") {
         Some(("delta", _)) => DELTA,
         Some(("corexy", _)) => COREXY,
+        Some(("laser", _)) => &LASER,
         _ => CARTESIAN,
     }
 }
