@@ -10,6 +10,7 @@ mod machine;
 mod marks;
 pub mod page;
 mod path;
+mod pixels;
 mod program;
 pub mod rows;
 mod run;

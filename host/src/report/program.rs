@@ -8,6 +8,7 @@ use std::path::Path;
 
 use super::arc;
 use super::marks::{Label, Marks, Object};
+use super::pixels::{self, Run};
 
 /// Least distance between layers that no comment marks, mm.
 const LAYER_MM: f64 = 0.01;
@@ -127,6 +128,8 @@ struct Modal {
     /// The S word, and whether M3 or M4 has a laser follow it.
     s: f64,
     burns: bool,
+    /// Pixels of the line at hand.
+    pixels: Vec<Run>,
 }
 
 impl Program {
@@ -171,6 +174,7 @@ impl Program {
             is_left_out: false,
             s: 0.0,
             burns: false,
+            pixels: Vec::new(),
         };
         program.corner(&modal, [0.0; 3], false);
         let mut marks = Marks::of(text);
@@ -180,7 +184,9 @@ impl Program {
             let line = line.strip_suffix(b"\r").unwrap_or(line);
             marks.read(line);
             (modal.label, modal.is_left_out) = (marks.label(), marks.is_left_out());
-            match decoder.decode(line) {
+            let (line, pixels) = pixels::read(line);
+            modal.pixels = pixels;
+            match decoder.decode(&line) {
                 Ok(Line::Code(blocks)) => {
                     for block in blocks.map_while(Result::ok) {
                         program.take(&block, &mut modal);
@@ -340,7 +346,14 @@ impl Program {
             }
         }
         if modal.position != from {
-            self.corner(modal, modal.position, fed > 0.0);
+            let pixels = if modal.motion == 1 { std::mem::take(&mut modal.pixels) } else { Vec::new() };
+            for (at, s) in pixels::ends(&pixels, from, modal.position) {
+                modal.s = s;
+                self.corner(modal, at, fed > 0.0);
+            }
+            if pixels.is_empty() {
+                self.corner(modal, modal.position, fed > 0.0);
+            }
         } else if fed != 0.0 {
             self.event(modal, EventKind::Filament);
         }
