@@ -1,7 +1,9 @@
 // Where the time of the run went: draws the sections about it. What it shows on the stage it asks of `stage`.
 "use strict";
-function drawAccount({ account, $, element, fixed, clock, css, onTheme }, stage) {
+function drawAccount({ account, prints, $, element, fixed, clock, css, onTheme }, stage) {
   const { times, slow, starved, counted } = account;
+  // A machine without filament has no print moves, and no travel between them.
+  if (!prints) for (const each of times.kinds) if (each.kind === "print") each.name = "moves";
   const share = (seconds, of) => (of > 0 ? `${fixed((100 * seconds) / of, seconds / of < 0.0995 ? 1 : 0)} %` : "");
   const plain = (place) => (place ? PLAIN[(place - 1) % PLAIN.length] : "#999");
   const swatch = (colour) => {
@@ -47,7 +49,7 @@ function drawAccount({ account, $, element, fixed, clock, css, onTheme }, stage)
   all.style.fontWeight = 600;
   spent.append(all);
   const pace = element("div", undefined, "pace");
-  for (const [n, name] of ["Print moves", "Travel"].entries()) {
+  for (const [n, name] of [prints ? "Print moves" : "Moves", "Travel"].entries()) {
     const { cruising, accelerating, braking } = times.pace[n];
     const sum = cruising + accelerating + braking;
     if (!(sum > 0)) continue;
@@ -77,6 +79,7 @@ function drawAccount({ account, $, element, fixed, clock, css, onTheme }, stage)
     return n >= 0 && n < layers.length ? n : -1;
   };
   const tell = (n) => {
+    if (!layers.length) return;
     const before = times.layers.find((layer) => layer.number === 0);
     const around = before ? ` Before the first layer: ${clock(before.seconds)}.` : "";
     const longest = layers.reduce((a, b) => (b.seconds > a.seconds ? b : a), layers[0]);

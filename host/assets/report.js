@@ -85,6 +85,7 @@
   tile(count(data.edges), "", "step edges");
   tile(count(topRate), "/s", "top step rate");
   tile(fixed(largest(data.speed.tool), 0), "mm/s", "top speed");
+  if (data.power) tile(clock(data.power.on_seconds), "", "laser on");
   if (data.path.filament > 0) tile(fixed(data.path.filament / 1000, 2), "m", "filament laid");
   // The first second is the boot's: supplies rise, the processor sets itself up.
   const booted = (values) => values.filter((value, n) => value !== null && data.telemetry.time[n] >= 1);
@@ -98,7 +99,13 @@
     time: new Float32Array(bytes(data.path.time)),
     speed: new Float32Array(bytes(data.path.speed)),
     work: new Uint8Array(bytes(data.path.work)),
+    power: data.path.power && new Float32Array(bytes(data.path.power)),
   };
+  if (path.power) {
+    $("paintpower").hidden = false;
+    $("paintpower").firstChild.checked = true;
+    $("travelname").textContent = "Dark moves";
+  }
   const corners = path.work.length;
   const begin = corners ? path.time[0] : 0;
   const end = corners ? path.time[corners - 1] : data.seconds;
@@ -126,7 +133,7 @@
   const paint = () => document.querySelector("input[name=paint]:checked").value;
   // What each piece is made for, and the part of the job that is looked at: a layer, or all of it.
   let [first, final, isReady, marked] = [begin, end, false, null];
-  const account = drawAccount({ account: data.account, $, element, fixed, clock, css, onTheme }, {
+  const account = drawAccount({ account: data.account, prints: data.path.filament > 0, $, element, fixed, clock, css, onTheme }, {
     window(layer) {
       [first, final] = layer ? [Math.min(Math.max(begin, layer.from), end), Math.max(Math.min(end, layer.to), begin)] : [begin, end];
       marked = null;
@@ -157,13 +164,14 @@
     switch (paint()) {
       case "feature":
       case "object": return rgbOf(account.plain(made[i][paint()]));
+      case "power": return rampAt(path.power[i]);
       case "speed": return rampAt((path.speed[i] + path.speed[i - 1]) / 2 / (fastest || 1));
       case "height": return rampAt((path.xyz[3 * i + 2] - low[2]) / (high[2] - low[2] || 1));
       default: return null;
     }
   };
   const setLegend = () => {
-    const texts = { speed: ["0", `${fixed(fastest, 0)} mm/s`], height: [`${fixed(low[2], 1)}`, `${fixed(high[2], 1)} mm`] }[paint()];
+    const texts = { power: ["0", "100 %"], speed: ["0", `${fixed(fastest, 0)} mm/s`], height: [`${fixed(low[2], 1)}`, `${fixed(high[2], 1)} mm`] }[paint()];
     document.querySelector(".legend").hidden = !texts;
     document.querySelector(".legend").style.display = texts ? "" : "none";
     if (texts) [$("low").textContent, $("high").textContent] = texts;
@@ -206,7 +214,9 @@
     camera.up.set(0, 0, 1);
     const size = Math.max(...high.map((h, k) => h - low[k]), 1);
     const middle = new THREE.Vector3(...high.map((h, k) => (h + low[k]) / 2));
-    camera.position.copy(middle).add(new THREE.Vector3(-0.95, -1.75, 1.0).multiplyScalar(size * 1.25));
+    // A laser's picture is flat, and is looked at from above.
+    const side = path.power ? [0, -0.02, 2.1] : [-0.95, -1.75, 1.0];
+    camera.position.copy(middle).add(new THREE.Vector3(...side).multiplyScalar(size * 1.25));
     const orbit = new THREE.OrbitControls(camera, renderer.domElement);
     orbit.target.copy(middle).add(new THREE.Vector3(0, 0, -0.12 * size));
     orbit.enableDamping = true;
@@ -318,7 +328,7 @@
     orbit.addEventListener("change", () => { dirty = true; });
     const frame = () => {
       requestAnimationFrame(frame);
-      orbit.autoRotate = playing && !matchMedia("(prefers-reduced-motion: reduce)").matches;
+      orbit.autoRotate = playing && !path.power && !matchMedia("(prefers-reduced-motion: reduce)").matches;
       orbit.update();
       if (!dirty) return;
       dirty = false;
@@ -408,6 +418,12 @@
   chart("Tool speed", data.speed.time,
     [{ label: "tool", unit: "mm/s", digits: 1, scale: "mm/s", colour: "--s1", fill: "26", values: data.speed.tool }],
     [{ scale: "mm/s", unit: "mm/s", range: fromZero }]);
+  if (data.power) {
+    chart("Laser power", data.power.time,
+      [{ label: "mean", unit: "%", digits: 1, scale: "%", colour: "--s3", fill: "33", width: 1, values: data.power.mean },
+        { label: "highest", unit: "%", digits: 1, scale: "%", colour: "--s1", width: 1, values: data.power.highest }],
+      [{ scale: "%", unit: "%", range: () => [0, 104] }], 150);
+  }
   if (data.speed.filament.some((speed) => speed !== 0)) {
     chart("Filament speed", data.speed.time,
       [{ label: "filament", unit: "mm/s", digits: 2, scale: "mm/s", colour: "--s2", fill: "1c", width: 1.2, values: data.speed.filament }],

@@ -11,6 +11,7 @@ mod marks;
 pub mod page;
 mod path;
 mod pixels;
+mod power;
 mod program;
 pub mod rows;
 mod run;

@@ -4,6 +4,7 @@ use super::account::Closeness;
 use super::edges::{Executed, Stop};
 use super::machine::Machine;
 use super::path::Samples;
+use super::power::Change;
 use super::program::Program;
 use super::run::Run;
 use serde::Serialize;
@@ -79,6 +80,7 @@ pub fn all(evidence: &Evidence<'_>) -> Vec<Check> {
     checks.push(filament(evidence));
     checks.push(path(evidence));
     checks.push(heaters_off(evidence.run));
+    checks.extend(laser_off(&evidence.run.power));
     checks.push(lost_motion(evidence.run));
     checks.push(step_times(evidence));
     checks.extend(summary.timing_faults.map(|faults| {
@@ -93,6 +95,15 @@ pub fn all(evidence: &Evidence<'_>) -> Vec<Check> {
         }
     });
     checks
+}
+
+fn laser_off(power: &[Change]) -> Option<Check> {
+    let Change { time_ns, duty } = *power.last()?;
+    let found = match duty {
+        0.0 => format!("since {:.3} s", time_ns as f64 * 1e-9),
+        _ => format!("burns at {:.0} % since {:.3} s", 100.0 * duty, time_ns as f64 * 1e-9),
+    };
+    Some(check("The laser is off at the end", duty == 0.0, found))
 }
 
 fn complaint(value: &serde_json::Value) -> String {

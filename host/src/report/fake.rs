@@ -127,7 +127,7 @@ pub fn report_of(machine: Machine, program: Program, edges: &[Edge]) -> Report {
             vec![Some(0.1); 3],
         ],
     };
-    let run = Run { summary, telemetry: Some(telemetry), console: Some("ok\n".to_owned()) };
+    let run = Run { summary, telemetry: Some(telemetry), console: Some("ok\n".to_owned()), power: Vec::new() };
     Report::new(run, executed, Ok(machine), Ok(program), SAMPLE_S, "Two squares".to_owned())
 }
 

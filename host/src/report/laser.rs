@@ -5,7 +5,7 @@
 //! to a small part of a step at speed.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use units::MAX_ACTUATORS;
@@ -13,6 +13,7 @@ use units::MAX_ACTUATORS;
 use super::checks;
 use super::edges::{Executed, Track, TrackReader};
 use super::machine::Machine;
+use super::power::{self, Change};
 use super::program::{Program, Vertex};
 use super::{Sources, found};
 
@@ -24,14 +25,6 @@ const WINDOW_MM: f64 = 1.0;
 const STEP_NS: u64 = 50_000;
 /// Greatest size of the picture's longer side, picture units for a mm.
 const SCALE: f64 = 10.0;
-
-/// Duty from a time on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Change {
-    time_ns: u64,
-    /// Share of full power.
-    duty: f64,
-}
 
 /// Edge of the power between nothing and something.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,19 +44,6 @@ struct Findings {
     counts: [usize; 2],
     /// Least and greatest energy for a millimetre, over its mean; none where nothing burns for a millimetre.
     energy: Option<[f64; 2]>,
-}
-
-/// Reads the changes of power of a run.
-fn read_changes(text: &str) -> Result<Vec<Change>> {
-    let rows = text.lines().enumerate().skip(1);
-    let parsed = rows.map(|(index, row)| {
-        let change = row.split_once(',').and_then(|(time, duty)| {
-            let duty = f64::from(duty.parse::<u16>().ok()?) / 65_535.0;
-            Some(Change { time_ns: time.parse().ok()?, duty })
-        });
-        change.with_context(|| format!("line {} is not time_ns,duty: {row}", index + 1))
-    });
-    parsed.collect()
 }
 
 /// Places of the machine over time.
@@ -198,10 +178,10 @@ pub fn laser(out: &Path, sources: &Sources) -> Result<bool> {
     let gcode = sources.gcode.clone().unwrap_or_else(|| found(out, "job.gcode"));
     let machine = Machine::read(&config)?;
     let program = Program::read(&gcode, machine.beginning)?;
-    let power: PathBuf = out.join("power.csv");
-    let text = std::fs::read_to_string(&power)
-        .with_context(|| format!("cannot read {}: the run had no power of a laser", power.display()))?;
-    let changes = read_changes(&text).with_context(|| power.display().to_string())?;
+    let changes = power::read(out)?;
+    if changes.is_empty() {
+        bail!("{} is not there: the run had no power of a laser", out.join(power::FILE).display());
+    }
     // Every step is kept.
     let executed = Executed::read(&out.join("steps.csv"), 1)?;
     let Some(anchor) = checks::anchor(&executed, &machine, &program) else { bail!("the program has no path") };
@@ -282,12 +262,5 @@ mod tests {
         assert!(least > 0.999 && most < 1.001, "{least} to {most}");
         let late = findings(500_000);
         assert!(!late.passes() && late.worst.iter().all(|worst| (worst - 0.05).abs() < 1e-6), "{late:?}");
-    }
-
-    #[test]
-    fn rows_that_are_none_are_named() {
-        assert_eq!(read_changes("time_ns,duty\n5,65535\n").expect("a row"), [Change { time_ns: 5, duty: 1.0 }]);
-        let error = read_changes("time_ns,duty\n5,65535\nx,1\n").expect_err("no row");
-        assert_eq!(error.to_string(), "line 3 is not time_ns,duty: x,1");
     }
 }

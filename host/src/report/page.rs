@@ -1,12 +1,14 @@
 //! The page: data as JSON, charts and 3D view by libraries that are part of the page. No network is needed.
 
 mod account;
+mod power;
 
 use super::Report;
 use super::checks::anchor;
 use super::path::{Corner, Kind};
 use crate::page::fill;
 use account::AccountData;
+use power::PowerData;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -19,6 +21,8 @@ const MOST_CHART_POINTS: usize = 5_000;
 const MOST_CONSOLE_LINES: usize = 500;
 /// Filament of slicers' default, for the thickness of drawn lines only.
 const FILAMENT_DIAMETER_MM: f64 = 1.75;
+/// Width of a laser's beam, for the thickness of drawn lines only.
+const BEAM_MM: f64 = 0.1;
 
 #[derive(Serialize)]
 struct Data<'a> {
@@ -34,6 +38,7 @@ struct Data<'a> {
     path: PathData,
     account: AccountData<'a>,
     speed: SpeedData,
+    power: Option<PowerData>,
     telemetry: TelemetryData<'a>,
     console: String,
 }
@@ -60,6 +65,8 @@ struct PathData {
     time: String,
     speed: String,
     work: String,
+    /// Power of a laser on the way to each corner, share of full power.
+    power: Option<String>,
     tube: f64,
     filament: f64,
 }
@@ -106,6 +113,7 @@ fn data(report: &Report) -> Data<'_> {
         path: path(report),
         account: account::data(report),
         speed: speed(report),
+        power: power::data(&report.run.power, summary.virtual_seconds, MOST_CHART_POINTS),
         telemetry: telemetry(report),
         console: console(report.run.console.as_deref().unwrap_or_default()),
     }
@@ -134,21 +142,27 @@ fn path(report: &Report) -> PathData {
         let begin_s = if anchor.stop.until_ns == u64::MAX { 0.0 } else { anchor.stop.until_ns as f64 * 1e-9 };
         corners.retain(|corner| corner.time_s >= begin_s - report.samples.period_s);
     }
-    let tube = tube(&corners);
+    let mut powers = None;
+    if !report.run.power.is_empty() {
+        let (cut, along) = power::along(&corners, &report.samples, &report.run.power);
+        (corners, powers) = (cut, Some(along));
+    }
+    let tube = tube(&corners, powers.is_some());
     let floats = |of: &dyn Fn(&Corner) -> f64| base64(corners.iter().flat_map(|c| (of(c) as f32).to_le_bytes()));
     PathData {
         xyz: base64(corners.iter().flat_map(|c| c.at).flat_map(|mm| (mm as f32).to_le_bytes())),
         time: floats(&|corner| corner.time_s),
         speed: floats(&|corner| corner.speed),
         work: base64(corners.iter().map(|corner| u8::from(corner.kind == Kind::Work))),
+        power: powers.map(|powers| base64(powers.into_iter().flat_map(|share| (share as f32).to_le_bytes()))),
         tube,
         filament: corners.iter().filter(|c| c.kind == Kind::Work).map(|c| c.fed).sum(),
     }
 }
 
 /// Returns the thickness of the drawn line in mm: that of a round line with the material that went into it;
-/// thin if none did.
-fn tube(corners: &[Corner]) -> f64 {
+/// thin if none did, and as thin as a beam if a laser burned it.
+fn tube(corners: &[Corner], is_burned: bool) -> f64 {
     let (mut length, mut fed) = (0.0, 0.0);
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
@@ -161,6 +175,9 @@ fn tube(corners: &[Corner]) -> f64 {
         }
     }
     let size = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    if is_burned {
+        return (size / 1_000.0).max(BEAM_MM);
+    }
     if length > 0.0 && fed > 0.0 { FILAMENT_DIAMETER_MM * (fed / length).sqrt() } else { (size / 300.0).max(0.05) }
 }
 
@@ -256,6 +273,24 @@ mod tests {
         let short = console(&text);
         assert!(short.starts_with("line 0\n") && short.ends_with("line 1999") && short.contains("... 1500 lines ..."));
         assert_eq!(console("a\nb\n"), "a\nb");
+    }
+
+    #[test]
+    fn power_is_drawn_along_the_path_where_there_was_some() {
+        let mut report = super::super::fake::report();
+        let without = serde_json::to_value(data(&report)).expect("a page's data");
+        assert!(without["power"].is_null() && without["path"]["power"].is_null());
+        let half_ns = report.executed.end_ns / 2;
+        let change = |time_ns, duty| super::super::power::Change { time_ns, duty };
+        report.run.power = vec![change(half_ns, 0.5), change(half_ns + 200_000_000, 0.0)];
+        let with = serde_json::to_value(data(&report)).expect("a page's data");
+        assert_eq!(with["power"]["on_seconds"], 0.2);
+        let highest = with["power"]["highest"].as_array().expect("points").iter().filter_map(|share| share.as_f64());
+        assert_eq!(highest.fold(0.0, f64::max), 50.0);
+        // A number of four bytes for each corner, of which there are more: the power changes between two.
+        let length = |data: &serde_json::Value, part: &str| data["path"][part].as_str().map_or(0, str::len);
+        assert_eq!(length(&with, "power"), length(&with, "time"));
+        assert!(length(&with, "time") > length(&without, "time"));
     }
 
     #[test]

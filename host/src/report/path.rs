@@ -74,6 +74,15 @@ impl Samples {
         Self { period_s, points }
     }
 
+    /// Returns X, Y and Z at a time, mm.
+    pub fn at(&self, time_s: f64) -> [f64; 3] {
+        let place = (time_s / self.period_s).clamp(0.0, (self.points.len() - 1) as f64);
+        let before = (place as usize).min(self.points.len().saturating_sub(2));
+        let (from, share) = (self.points[before], place - before as f64);
+        let to = self.points.get(before + 1).unwrap_or(&from);
+        std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]))
+    }
+
     fn around(&self, index: usize, window: usize) -> ([f64; 4], [f64; 4], f64) {
         let first = index.saturating_sub(window);
         let last = (index + window).min(self.points.len() - 1);

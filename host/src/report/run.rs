@@ -6,6 +6,8 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::power::{self, Change};
+
 /// Contents of `summary.json`.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
@@ -128,6 +130,8 @@ pub struct Run {
     pub telemetry: Option<Telemetry>,
     /// Contents of `console.log`, if there is one.
     pub console: Option<String>,
+    /// Contents of `power.csv`; none if no laser burned.
+    pub power: Vec<Change>,
 }
 
 impl Run {
@@ -139,7 +143,7 @@ impl Run {
         let telemetry = text("telemetry.csv").ok().map(|text| Telemetry::parse(&text)).transpose()?;
         let console = std::fs::read(out.join("console.log")).ok();
         let console = console.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-        Ok(Self { summary, telemetry, console })
+        Ok(Self { summary, telemetry, console, power: power::read(out)? })
     }
 }
 

@@ -75,11 +75,12 @@ fn with_run(change: impl FnOnce(&mut Run)) -> Report {
 
 #[test]
 fn what_the_run_itself_says_is_held_against_it() {
-    type Change = fn(&mut Run);
-    let faults: [(&str, Change); 9] = [
+    type Fault = fn(&mut Run);
+    let faults: [(&str, Fault); 10] = [
         ("The job ended", |run| run.summary.halted = Some("kill button".to_owned())),
         ("No errors", |run| run.summary.errors.push("error: bad".to_owned())),
         ("All heaters", |run| run.telemetry.as_mut().unwrap().columns[1][2] = Some(0.5)),
+        ("The laser is off", |run| run.power = vec![Change { time_ns: 5, duty: 0.3 }]),
         ("The emulated board", |run| run.summary.board = Some(vec!["gated access".into()])),
         ("No carriage", |run| run.summary.actuators.get_mut("beta").unwrap().lost_mm = 0.0125),
         ("Every direction", |run| run.summary.timing_faults = Some(1)),
