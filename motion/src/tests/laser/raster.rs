@@ -15,6 +15,9 @@ use crate::{
     },
 };
 
+/// Distance of two rows, mm.
+const ROW_MM: f64 = 0.1;
+
 /// A picture of rows of pixels, there and back.
 #[derive(Clone, Debug)]
 pub struct Picture {
@@ -31,6 +34,18 @@ impl Picture {
         if self.by_speed { by_speed(level) } else { constant(level) }
     }
 
+    /// Returns the level of the pixel at a place, zero beside the picture.
+    pub fn level_at(&self, place: &PerAxis<f64>) -> f64 {
+        let row = self.rows.get((place[Axis::Y] / ROW_MM).round() as usize);
+        let index = (place[Axis::X] / self.pixel).floor();
+        row.filter(|_| index >= 0.0).map_or(0.0, |row| {
+            let is_backward = (place[Axis::Y] / ROW_MM).round() as usize % 2 == 1;
+            let from_start = if is_backward { row.len() as f64 - 1.0 - index } else { index };
+            let level = if from_start >= 0.0 { row.get(from_start as usize) } else { None };
+            level.map_or(0.0, |level| f64::from(*level))
+        })
+    }
+
     /// The moves, and the places at which the level changes, with the new level.
     pub fn moves(&self) -> (Vec<Move>, Vec<(PerAxis<f64>, u16)>) {
         let (mut moves, mut changes) = (Vec::new(), Vec::new());
@@ -41,7 +56,7 @@ impl Picture {
             moves.push(Move { power: self.power(level), mode, tag: Tag(line), ..feed });
         };
         for (index, row) in self.rows.iter().enumerate() {
-            let (y, width) = (0.1 * index as f64, row.len() as f64 * self.pixel);
+            let (y, width) = (ROW_MM * index as f64, row.len() as f64 * self.pixel);
             let (start, sign) = if index % 2 == 0 { (0.0, 1.0) } else { (width, -1.0) };
             go(start - sign * self.overscan, y, 0, Mode::Rapid);
             go(start, y, 0, Mode::Feed);
