@@ -25,6 +25,8 @@ const WINDOW_MM: f64 = 1.0;
 const STEP_NS: u64 = 50_000;
 /// Greatest size of the picture's longer side, picture units for a mm.
 const SCALE: f64 = 10.0;
+/// File of the picture in a run's folder.
+const PICTURE: &str = "laser.svg";
 
 /// Edge of the power between nothing and something.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +44,8 @@ struct Findings {
     worst: [f64; 2],
     /// Number of edges in the run and in the program.
     counts: [usize; 2],
-    /// Least and greatest energy for a millimetre, over its mean; none where nothing burns for a millimetre.
+    /// Least and greatest energy for a millimetre, over its mean; none where nothing burns for a millimetre,
+    /// or the program asks for more than one.
     energy: Option<[f64; 2]>,
 }
 
@@ -174,6 +177,14 @@ fn picture(changes: &[Change], places: &mut Places<'_>) -> String {
 /// Prints how a run's laser kept to the program and writes the picture it made; returns whether every edge
 /// was in its place.
 pub fn laser(out: &Path, sources: &Sources) -> Result<bool> {
+    let findings = look(out, sources)?;
+    print!("{}", findings.text());
+    println!("picture: {}", out.join(PICTURE).display());
+    Ok(findings.passes())
+}
+
+/// Compares a run's laser with the program and writes the picture it made.
+fn look(out: &Path, sources: &Sources) -> Result<Findings> {
     let config = sources.config.clone().unwrap_or_else(|| found(out, "config.ini"));
     let gcode = sources.gcode.clone().unwrap_or_else(|| found(out, "job.gcode"));
     let machine = Machine::read(&config)?;
@@ -188,12 +199,19 @@ pub fn laser(out: &Path, sources: &Sources) -> Result<bool> {
     let origin = anchor.origin(&machine, &program);
     let places = || Places::new(&executed, &machine, origin);
     let mut findings = compare(&asked(program.path()), &made(&changes, &mut places()));
-    findings.energy = energy(&changes, &mut places());
-    let file = out.join("laser.svg");
+    if asks_for_one_energy(program.path()) {
+        findings.energy = energy(&changes, &mut places());
+    }
+    let file = out.join(PICTURE);
     std::fs::write(&file, picture(&changes, &mut places())).with_context(|| file.display().to_string())?;
-    print!("{}", findings.text());
-    println!("picture: {}", file.display());
-    Ok(findings.passes())
+    Ok(findings)
+}
+
+/// Whether all that burns has the same power and the same speed.
+fn asks_for_one_energy(path: &[Vertex]) -> bool {
+    let mut burning = path.iter().filter(|vertex| vertex.power > 0.0).map(|vertex| (vertex.power, vertex.asked));
+    let first = burning.next();
+    burning.all(|each| Some(each) == first)
 }
 
 impl Findings {
@@ -216,6 +234,9 @@ impl Findings {
         text
     }
 }
+
+#[cfg(test)]
+mod runs;
 
 #[cfg(test)]
 mod tests {
