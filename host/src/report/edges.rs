@@ -59,6 +59,37 @@ impl Track {
         moved
     }
 
+    /// Puts the motor on its whole step wherever it rests: an edge is only half way to it. Its last half step
+    /// is taken to be as fast as the step before.
+    fn rest_on_steps(&mut self) {
+        let corners = &self.corners;
+        let gap = |index: Option<usize>| {
+            let pair = index.and_then(|index| Some((corners.get(index)?, corners.get(index + 1)?)));
+            pair.map(|(from, to)| to.0 - from.0)
+        };
+        let mut rested = Vec::with_capacity(corners.len());
+        for (index, (time_ns, half_steps)) in corners.iter().enumerate() {
+            rested.push((*time_ns, *half_steps));
+            let (before, after) = (gap(index.checked_sub(1)), gap(Some(index + 1)));
+            // A motor that stays after its last edge is at rest from then on.
+            let length = gap(Some(index)).unwrap_or(u64::MAX / 2);
+            let beside = before.into_iter().chain(after).max().unwrap_or(length / SLOW);
+            if length < STOP_NS || length < SLOW * beside {
+                continue;
+            }
+            let came = index.checked_sub(1).map(|index| half_steps - corners[index].1);
+            let goes = corners.get(index + 1).map(|next| next.1 - half_steps);
+            // After a step back the next edge is at the same place.
+            let Some(way) = came.filter(|way| *way != 0).or(goes.filter(|way| *way != 0)) else { continue };
+            let step = half_steps + way.signum();
+            rested.push((time_ns + before.unwrap_or(beside).min(length / SLOW) / 2, step));
+            if let Some(next) = corners.get(index + 1) {
+                rested.push((next.0 - after.unwrap_or(beside).min(length / SLOW) / 2, step));
+            }
+        }
+        self.corners = rested;
+    }
+
     /// Returns a reader that goes forward in time.
     pub const fn reader(&self) -> TrackReader<'_> {
         TrackReader { track: self, next: 0 }
@@ -188,6 +219,11 @@ impl Executed {
         stands.map(|(_, stop)| Stand { from_s: seconds(stop.since_ns), to_s: seconds(stop.until_ns) }).collect()
     }
 
+    /// Puts each motor on its whole step wherever it rests; for edges that were all kept.
+    pub fn rest_on_steps(&mut self) {
+        self.tracks.iter_mut().for_each(Track::rest_on_steps);
+    }
+
     fn take(&mut self, time_ns: u64, actuator: Actuator, direction: i8, slot_ns: u64, primary: &mut Primary) {
         let index = actuator as usize;
         if index < 3 {
@@ -227,6 +263,29 @@ mod tests {
         let at = [0, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 9_000_000].map(|t| reader.steps_at(t));
         assert_eq!(at, [0.0, 0.5, 1.0, 1.5, 1.5, 1.5]);
         assert_eq!((run.net_steps[0], run.edges[0], run.end_ns), (1, 3, 5_000_000));
+    }
+
+    #[test]
+    fn a_motor_that_rests_is_on_its_whole_step() {
+        let ms = |from: u64, count: u64, direction: i32| {
+            (0..count).map(move |n| format!("{},beta,{direction}\n", (from + n) * 1_000_000))
+        };
+        // Eight steps, a rest, four more, a rest, six steps back.
+        let rows: String = ms(10, 8, 1).chain(ms(300, 4, 1)).chain(ms(600, 6, -1)).collect();
+        let mut run = Executed::parse(rows.as_bytes(), 1).unwrap();
+        run.rest_on_steps();
+        let mut reader = run.tracks[1].reader();
+        let at = [12, 17, 20, 150, 295, 301, 450, 590, 605, 900].map(|ms| reader.steps_at(ms * 1_000_000));
+        assert_eq!(at, [2.5, 7.5, 8.0, 8.0, 8.0, 9.5, 12.0, 12.0, 6.5, 6.0]);
+    }
+
+    #[test]
+    fn even_motion_has_no_rests() {
+        let rows: String = (1..50).map(|n| format!("{},beta,1\n", n * 7_000_000)).collect();
+        let mut run = Executed::parse(rows.as_bytes(), 1).unwrap();
+        let before = run.tracks[1].corners.clone();
+        run.rest_on_steps();
+        assert_eq!(run.tracks[1].corners[..before.len()], before);
     }
 
     #[test]

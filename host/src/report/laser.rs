@@ -194,7 +194,8 @@ fn look(out: &Path, sources: &Sources) -> Result<Findings> {
         bail!("{} is not there: the run had no power of a laser", out.join(power::FILE).display());
     }
     // Every step is kept.
-    let executed = Executed::read(&out.join("steps.csv"), 1)?;
+    let mut executed = Executed::read(&out.join("steps.csv"), 1)?;
+    executed.rest_on_steps();
     let Some(anchor) = checks::anchor(&executed, &machine, &program) else { bail!("the program has no path") };
     let origin = anchor.origin(&machine, &program);
     let places = || Places::new(&executed, &machine, origin);
