@@ -1,6 +1,5 @@
 //! A picture from PNG to the edges of a laser: `velvet raster`, the native runner, `velvet laser`.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -43,31 +42,6 @@ fn write_bars(path: &Path) {
     encoder.write_header().expect("a header").write_image_data(&pixels).expect("pixels");
 }
 
-/// Returns the program with a G1 for each run of its raster lines.
-fn in_single_moves(program: &str) -> String {
-    let (mut plain, mut at) = (String::new(), 0.0);
-    for line in program.lines().filter(|line| !line.starts_with(';')) {
-        let x = line.split(' ').find_map(|word| word.strip_prefix('X')).map(|x| x.parse::<f64>().expect("a place"));
-        let list = line.split_once(" S").map(|(_, list)| list).filter(|list| list.contains([':', '@']));
-        let from = at;
-        at = x.unwrap_or(at);
-        let Some(list) = list else {
-            plain += line;
-            plain.push('\n');
-            continue;
-        };
-        let runs = list.split(':').map(|run| run.split_once('@').unwrap_or((run, "1")));
-        let runs: Vec<(&str, f64)> = runs.map(|(s, length)| (s, length.parse().expect("a number"))).collect();
-        let all: f64 = runs.iter().map(|(_, length)| length).sum();
-        let mut passed = 0.0;
-        for (s, length) in runs {
-            passed += length;
-            writeln!(plain, "G1 X{:.6} S{s}", from + (at - from) * passed / all).expect("a string has room");
-        }
-    }
-    plain
-}
-
 /// Returns the number of times that a run's power goes from nothing to something and back.
 fn edges(power: &str) -> usize {
     let duties: Vec<&str> = power.lines().skip(1).filter_map(|row| Some(row.split_once(',')?.1)).collect();
@@ -99,11 +73,7 @@ fn a_picture_is_burnt_where_it_lies() {
     let power = std::fs::read_to_string(out.join("power.csv")).expect("the laser's changes");
     assert_eq!(edges(&power), 2 * BARS * (ROWS - 1));
 
-    // Edges are where a program without raster lines has them, row by row, there and back.
-    let plain = out.join("plain.gcode");
-    let program = std::fs::read_to_string(&job).expect("the G-code");
-    std::fs::write(&plain, in_single_moves(&program)).expect("written");
-    let looked = velvet(&["laser", text(&out), "--config", text(&config), "--gcode", text(&plain)]);
+    let looked = velvet(&["laser", text(&out)]);
     assert!(looked.status.success(), "{}", said(&looked));
     assert!(said(&looked).starts_with("edges: 200 made, 200 asked for\n"), "{}", said(&looked));
 }
