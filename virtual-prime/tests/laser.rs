@@ -151,3 +151,48 @@ fn a_picture_s_edges_at_the_pin_are_in_their_places() {
         assert!(worst.iter().all(|worst| *worst <= MOST_OFF_MM), "{hertz} Hz: {worst:?} mm");
     }
 }
+
+/// Pixels of a row, their width in mm, and how many a line takes.
+const ROW: usize = 1_500;
+const PIXEL_MM: f64 = 0.04;
+const PIXELS_OF_A_LINE: usize = 30;
+
+/// Returns rows of pixels there and back, each pixel with another S than the one before, in raster lines.
+fn noise(rows: usize) -> String {
+    let (mut job, mut random) = (String::from("M4 S0\nG1 F30000\n"), 1_u32);
+    for row in 0..rows {
+        let (first, sign, end) = if row % 2 == 0 { (60.0, 1.0, 170.0) } else { (120.0, -1.0, 10.0) };
+        let _ = writeln!(job, "G1 X{first} Y{:.2} S0", row as f64 * PIXEL_MM);
+        for line in 0..ROW / PIXELS_OF_A_LINE {
+            let x = first + sign * PIXEL_MM * ((line + 1) * PIXELS_OF_A_LINE) as f64;
+            let mut list = String::new();
+            for pixel in 0..PIXELS_OF_A_LINE {
+                random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let s = 100 + 400 * (pixel as u32 % 2) + (random >> 16) % 300;
+                let _ = write!(list, "{}{s}", if pixel == 0 { "" } else { ":" });
+            }
+            let _ = writeln!(job, "G1 X{x:.2} S{list}");
+        }
+        let _ = writeln!(job, "G1 X{end} S0");
+    }
+    job + "M5\n"
+}
+
+/// 12,500 pixels a second from the card, each with a power of its own: every row at its speed.
+#[test]
+fn twelve_thousand_pixels_a_second_burn_from_the_card() {
+    const ROWS: usize = 6;
+    let mut velvet = fast_laser().file("noise.g", &noise(ROWS)).start();
+    velvet.ask("G28.3 X10 Y0 Z0", SECOND);
+    velvet.world(|world| world.trace_mut().take_power());
+    velvet.ask("M23 noise.g", SECOND);
+    velvet.type_in("M24");
+    velvet.hear_until("Done printing file", 60 * SECOND);
+    let changes = velvet.world(|world| world.trace_mut().take_power());
+    assert_eq!(changes.len(), ROWS * (ROW + 1));
+    for (row, changes) in changes.chunks(ROW + 1).enumerate() {
+        let lasted = (changes[ROW].time_ns - changes[0].time_ns) as f64 / 1e9;
+        println!("row {row}: {:.0} pixels a second", ROW as f64 / lasted);
+        assert!(lasted <= 1.002 * ROW as f64 * PIXEL_MM / 500.0, "row {row} took {lasted} s");
+    }
+}
