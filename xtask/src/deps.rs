@@ -17,6 +17,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // The board on paper: what the simulated machine is wired by, and never the firmware.
     ("board-facts", &[]),
     ("gcode", &["units"]),
+    // Klipper's macros: text to text; the machine is handed in as what can be looked up. `gcode` reads numbers.
+    ("macros", &["gcode"]),
     ("program", &["units", "gcode"]),
     ("config", &["units", "gcode"]),
     ("motion", &["units"]),
@@ -156,6 +158,7 @@ const PURE: &[&str] = &[
     "events",
     "board-facts",
     "gcode",
+    "macros",
     "program",
     "config",
     "motion",

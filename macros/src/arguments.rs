@@ -1,0 +1,77 @@
+//! Arguments of a call, which lie on the stack.
+
+use crate::fault::{Fault, Result};
+use crate::memory::{Text, Use};
+use crate::run::Run;
+use crate::value::Value;
+
+/// Most arguments that have names.
+const MOST: usize = 4;
+
+/// Arguments of a call: places on the stack, the first one first.
+#[derive(Clone, Copy, Debug)]
+pub struct Arguments {
+    pub first: usize,
+    pub count: usize,
+}
+
+/// Arguments in the order in which the callee names them.
+pub type Bound = [Option<Value>; MOST];
+
+impl Arguments {
+    /// The arguments without the first one.
+    pub fn rest(self) -> Self {
+        Self { first: self.first + 1, count: self.count.saturating_sub(1) }
+    }
+
+    /// Number of the arguments without a name.
+    pub fn positions(self, run: &Run<'_, '_>) -> usize {
+        (0..self.count).filter(|index| run.memory.name_at(self.first + index, Use::Keyword).is_none()).count()
+    }
+
+    /// An argument without a name.
+    pub fn position(self, run: &Run<'_, '_>, index: usize) -> Option<Value> {
+        (index < self.positions(run)).then(|| run.memory.at(self.first + index))
+    }
+
+    /// The argument with a name.
+    pub fn keyword(self, run: &Run<'_, '_>, name: Text) -> Option<Value> {
+        self.word(run, run.memory.text(name))
+    }
+
+    fn word(self, run: &Run<'_, '_>, name: &str) -> Option<Value> {
+        (self.first..self.first + self.count).find_map(|index| {
+            let known = run.memory.name_at(index, Use::Keyword)?;
+            let is = run.memory.text(run.memory.interned(known)) == name;
+            is.then(|| run.memory.at(index))
+        })
+    }
+
+    /// Name and value of an argument that has a name, by its place.
+    pub fn named(self, run: &Run<'_, '_>, index: usize) -> Option<(Text, Value)> {
+        let name = run.memory.name_at(self.first + index, Use::Keyword)?;
+        Some((run.memory.interned(name), run.memory.at(self.first + index)))
+    }
+
+    /// The arguments in the order of the callee's names, which stand behind each other with blanks.
+    pub fn bind(self, run: &Run<'_, '_>, names: &'static str) -> Result<Bound> {
+        let mut bound = Bound::default();
+        let positions = self.positions(run);
+        let mut used = 0;
+        for (index, name) in names.split(' ').filter(|name| !name.is_empty()).enumerate() {
+            let value = if index < positions {
+                Some(run.memory.at(self.first + index))
+            } else {
+                self.word(run, name)
+            };
+            used += usize::from(value.is_some());
+            if let Some(place) = bound.get_mut(index) {
+                *place = value;
+            }
+        }
+        if used < self.count {
+            return Err(Fault::of("there are more arguments than these, or one has another name", names));
+        }
+        Ok(bound)
+    }
+}

@@ -1,0 +1,37 @@
+//! Characters as Python sorts them.
+
+/// Whether Python's `str.strip` and `str.split` take the character for a blank.
+pub fn is_blank(char: char) -> bool {
+    char.is_whitespace() || matches!(char, '\x1c'..='\x1f')
+}
+
+/// The character in lower case: ASCII, Latin, Greek and Cyrillic.
+pub fn lower(char: char) -> char {
+    let code = char as u32;
+    let lower = match code {
+        0x41..=0x5a | 0xc0..=0xd6 | 0xd8..=0xde | 0x391..=0x3a1 | 0x3a3..=0x3ab | 0x410..=0x42f => code + 32,
+        0x400..=0x40f => code + 80,
+        0x178 => 0xff,
+        0x100..=0x12f | 0x132..=0x137 | 0x14a..=0x177 | 0x460..=0x481 => code | 1,
+        0x139..=0x148 | 0x179..=0x17e if code % 2 == 1 => code + 1,
+        _ => code,
+    };
+    char::from_u32(lower).unwrap_or(char)
+}
+
+/// The character in upper case: ASCII, Latin, Greek and Cyrillic; `ß` has two.
+pub fn upper(char: char) -> char {
+    let code = char as u32;
+    let upper = match code {
+        0x61..=0x7a | 0xe0..=0xf6 | 0xf8..=0xfe | 0x3b1..=0x3c1 | 0x3c3..=0x3cb | 0x430..=0x44f => code - 32,
+        0x450..=0x45f => code - 80,
+        0xff => 0x178,
+        0xb5 => 0x39c,
+        0x3c2 => 0x3a3,
+        0x131 => 0x49,
+        0x100..=0x12f | 0x132..=0x137 | 0x14a..=0x177 | 0x460..=0x481 => code & !1,
+        0x13a..=0x148 | 0x17a..=0x17e if code % 2 == 0 => code - 1,
+        _ => code,
+    };
+    char::from_u32(upper).unwrap_or(char)
+}

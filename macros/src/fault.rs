@@ -1,0 +1,97 @@
+//! Faults while a template is read or rendered, and the errors that callers see.
+
+use core::fmt;
+
+use heapless::String;
+
+use crate::memory::{Memory, Text};
+
+/// Longest detail of an error, bytes.
+const MOST_DETAIL: usize = 64;
+
+/// Result inside the crate: the place is added where the line is known.
+pub type Result<T> = core::result::Result<T, Fault>;
+
+/// A fault without its place.
+#[derive(Clone, Copy, Debug)]
+pub struct Fault {
+    pub words: &'static str,
+    pub about: About,
+}
+
+/// Subject of a fault.
+#[derive(Clone, Copy, Debug)]
+pub enum About {
+    Nothing,
+    Text(Text),
+    Word(&'static str),
+    Byte(u8),
+    Number(usize),
+}
+
+impl Fault {
+    /// A fault that its words describe.
+    pub const fn new(words: &'static str) -> Self {
+        Self { words, about: About::Nothing }
+    }
+
+    /// A fault about a text of the template.
+    pub const fn about(words: &'static str, text: Text) -> Self {
+        Self { words, about: About::Text(text) }
+    }
+
+    /// A fault about a type or a function of the language.
+    pub const fn of(words: &'static str, word: &'static str) -> Self {
+        Self { words, about: About::Word(word) }
+    }
+}
+
+/// Returns a fault in the form that functions return.
+pub fn fail<T>(words: &'static str) -> Result<T> {
+    Err(Fault::new(words))
+}
+
+/// Reason why a template cannot be used or rendered, with its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    /// Line in the template, from 1.
+    pub line: u16,
+    /// Column in the line, from 1: of the word while reading, of the tag while rendering.
+    pub column: u16,
+    /// Words that say what is wrong and how to mend it.
+    pub words: &'static str,
+    /// Name, value or message that the words are about; empty if there is none.
+    pub detail: String<MOST_DETAIL>,
+}
+
+impl Error {
+    pub(crate) fn new(fault: Fault, (line, column): (u16, u16), memory: &Memory<'_>) -> Self {
+        let mut detail = String::new();
+        match fault.about {
+            About::Nothing => {}
+            About::Text(text) => memory.text(text).chars().for_each(|char| drop(detail.push(char))),
+            About::Word(word) => drop(detail.push_str(word)),
+            About::Byte(byte) => drop(detail.push(char::from(byte))),
+            About::Number(number) => {
+                let mut digits = crate::digits::Integer::new(number as u64, 10);
+                digits.text().bytes().for_each(|byte| drop(detail.push(char::from(byte))));
+            }
+        }
+        Self { line, column, words: fault.words, detail }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("line ")?;
+        self.line.fmt(f)?;
+        f.write_str(" column ")?;
+        self.column.fmt(f)?;
+        f.write_str(": ")?;
+        if !self.detail.is_empty() {
+            f.write_str(&self.detail)?;
+            f.write_str(": ")?;
+        }
+        f.write_str(self.words)
+    }
+}

@@ -1,0 +1,73 @@
+//! Filters that do something with each element: `map`, `select` and `reject`.
+
+use super::sequences::path_of;
+use super::{apply as apply_filter, check};
+use crate::arguments::Arguments;
+use crate::fault::{Fault, Result, fail};
+use crate::memory::Text;
+use crate::names::{self, Filter};
+use crate::run::Run;
+use crate::value::{SIZE, Seq, Value};
+
+/// Result of a filter that takes another filter or a test.
+pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, arguments: Arguments) -> Result<Value> {
+    let head = run.memory.new_block(0, SIZE)?;
+    let length = run.iterate(value)?;
+    let is_map = filter == Filter::Map;
+    for index in 0..length {
+        let element = run.element(value, index)?;
+        if is_map {
+            let mapped = map(run, element, arguments)?;
+            run.append(head, mapped)?;
+        } else if select(run, filter, element, arguments)? {
+            run.append(head, element)?;
+        }
+    }
+    run.use_up(value);
+    Ok(Value::Seq(Seq::Once, head))
+}
+
+fn name(run: &Run<'_, '_>, arguments: Arguments) -> Result<Option<Text>> {
+    match arguments.position(run, 0) {
+        None => Ok(None),
+        Some(Value::Str(name)) => Ok(Some(name)),
+        Some(_) => fail("the name of a filter or test has to stand in quotes"),
+    }
+}
+
+fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Value> {
+    if let Some(name) = name(run, arguments)? {
+        let Some(number) = names::filter(run.memory.text(name)) else {
+            return Err(Fault::about("there is no filter of this name", name));
+        };
+        let (map, select) = (names::filter("map"), names::filter("select"));
+        if Some(number) == map || Some(number) == select {
+            return fail("map cannot take map or select: use a loop");
+        }
+        return apply_filter(run, number, element, arguments.rest());
+    }
+    let [attribute, default, ..] = arguments.bind(run, "attribute default")?;
+    let Some(attribute) = attribute else { return fail("map wants the name of a filter, or attribute=") };
+    let found = path_of(run, element, attribute)?;
+    let is_missing = matches!(found, Value::Undefined(_));
+    Ok(default.filter(|default| is_missing && !matches!(default, Value::None)).unwrap_or(found))
+}
+
+fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Arguments) -> Result<bool> {
+    let (mut subject, mut arguments) = (element, arguments);
+    if matches!(filter, Filter::SelectAttr | Filter::RejectAttr) {
+        let Some(path) = arguments.position(run, 0) else { return fail("the name of an attribute is missing") };
+        subject = path_of(run, element, path)?;
+        arguments = arguments.rest();
+    }
+    let holds = match name(run, arguments)? {
+        None => run.truth(subject),
+        Some(name) => {
+            let Some(number) = names::test(run.memory.text(name)) else {
+                return Err(Fault::about("there is no test of this name", name));
+            };
+            check(run, number, subject, arguments.rest())?
+        }
+    };
+    Ok(holds == matches!(filter, Filter::Select | Filter::SelectAttr))
+}

@@ -1,0 +1,199 @@
+//! Filters of Jinja2.
+
+mod checks;
+mod each;
+mod order;
+mod pretty;
+pub mod sequences;
+pub mod strings;
+
+pub use checks::{check, has_case};
+
+use crate::arguments::Arguments;
+use crate::digits;
+use crate::fault::{Fault, Result, fail};
+use crate::memory::Text;
+use crate::names::Filter;
+use crate::run::order::{Number, number as number_of};
+use crate::run::{Run, numbers, undefined, wrong};
+use crate::value::Value;
+
+/// Result of a filter.
+pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Arguments) -> Result<Value> {
+    let Some((filter, names)) = Filter::from_number(number) else { return fail("there is no such filter") };
+    if names == "*" {
+        return match filter {
+            Filter::Format => format(run, value, arguments),
+            _ => each::apply(run, filter, value, arguments),
+        };
+    }
+    let bound = arguments.bind(run, names)?;
+    let [first, second, third, _] = bound;
+    match filter {
+        Filter::Abs => absolute(value),
+        Filter::Default => {
+            let is_strict = second.is_some_and(|second| run.truth(second));
+            let is_missing = matches!(value, Value::Undefined(_)) || is_strict && !run.truth(value);
+            if !is_missing { Ok(value) } else { first.map_or_else(|| run.str(""), Ok) }
+        }
+        Filter::Int => integer(run, value, first, second),
+        Filter::Float => float(run, value, first),
+        Filter::Round => round(run, value, first, second),
+        Filter::Text => run.to_str(value).map(Value::Str),
+        Filter::Attr => attribute(run, value, first),
+        Filter::Pprint => pretty::pretty(run, value),
+        Filter::Length => match run.length(value) {
+            Some(length) if !matches!(value, Value::Seq(crate::value::Seq::Once, _)) && is_sized(value) => {
+                Ok(Value::Int(length as i64))
+            }
+            _ => Err(wrong("this has no length: a list, dict or string has", value)),
+        },
+        Filter::Min | Filter::Max | Filter::Sort | Filter::DictSort | Filter::Unique => {
+            order::apply(run, filter, value, bound)
+        }
+        Filter::Lower | Filter::Upper | Filter::Capitalize | Filter::Title | Filter::Trim | Filter::Replace => {
+            strings::apply(run, filter, value, bound)
+        }
+        Filter::Center | Filter::Indent | Filter::Truncate | Filter::WordCount => {
+            strings::apply(run, filter, value, bound)
+        }
+        _ => sequences::apply(run, filter, value, [first, second, third]),
+    }
+}
+
+fn is_sized(value: Value) -> bool {
+    !matches!(value, Value::Object(object) if object.kind == crate::environment::Kind::Lookup)
+}
+
+/// An argument that has to be given.
+fn needed(argument: Option<Value>, name: &'static str) -> Result<Value> {
+    argument.ok_or(Fault::of("an argument of this name is missing", name))
+}
+
+fn absolute(value: Value) -> Result<Value> {
+    match number_of(value) {
+        Some(Number::Int(int)) => int.checked_abs().map_or_else(|| fail("too large"), |int| Ok(Value::Int(int))),
+        Some(Number::Float(float)) => Ok(Value::Float(libm::fabs(float))),
+        None => Err(wrong("abs wants a number: put |int or |float before it", value)),
+    }
+}
+
+fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Option<Value>) -> Result<Value> {
+    let default = default.unwrap_or(Value::Int(0));
+    let base = match base {
+        None => 10,
+        Some(Value::Int(base)) => u32::try_from(base).unwrap_or(1),
+        Some(other) => return Err(wrong("a base has to be a whole number", other)),
+    };
+    let too_large = || Fault::new("whole numbers go up to 9223372036854775807");
+    match value {
+        Value::Str(text) => {
+            let string = run.memory.text(text);
+            if let Some(int) = numbers::read_int(string, base) {
+                return Ok(Value::Int(int));
+            }
+            match numbers::read_float(string) {
+                Some(float) if float.is_finite() => numbers::truncate(float).map(Value::Int).ok_or_else(too_large),
+                _ => Ok(default),
+            }
+        }
+        Value::Undefined(name) => Err(undefined(name)),
+        _ => match number_of(value) {
+            Some(Number::Int(int)) => Ok(Value::Int(int)),
+            Some(Number::Float(float)) if float.is_nan() => Ok(default),
+            Some(Number::Float(float)) => numbers::truncate(float).map(Value::Int).ok_or_else(too_large),
+            None => Ok(default),
+        },
+    }
+}
+
+fn float(run: &mut Run<'_, '_>, value: Value, default: Option<Value>) -> Result<Value> {
+    let default = default.unwrap_or(Value::Float(0.0));
+    match value {
+        Value::Str(text) => Ok(numbers::read_float(run.memory.text(text)).map_or(default, Value::Float)),
+        Value::Undefined(name) => Err(undefined(name)),
+        _ => Ok(match number_of(value) {
+            Some(Number::Int(int)) => Value::Float(int as f64),
+            Some(Number::Float(float)) => Value::Float(float),
+            None => default,
+        }),
+    }
+}
+
+fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: Option<Value>) -> Result<Value> {
+    let precision = match precision.unwrap_or(Value::Int(0)) {
+        Value::Int(precision) => precision.clamp(-400, 400) as i32,
+        Value::Bool(is) => i32::from(is),
+        other => return Err(wrong("the number of digits has to be whole", other)),
+    };
+    let method = match method {
+        None => "common",
+        Some(Value::Str(text)) => run.memory.text(text),
+        Some(_) => "",
+    };
+    let Some(number) = number_of(value) else {
+        return Err(wrong("round wants a number: put |int or |float before it", value));
+    };
+    let float = match number {
+        Number::Int(int) => int as f64,
+        Number::Float(float) => float,
+    };
+    match (method, number) {
+        ("common", Number::Int(int)) => round_integer(int, precision).map(Value::Int),
+        ("common", Number::Float(float)) => Ok(Value::Float(digits::rounded(float, precision))),
+        ("ceil" | "floor", _) => {
+            let power = libm::exp10(f64::from(precision));
+            let scaled = float * power;
+            let whole = if method == "ceil" { libm::ceil(scaled) } else { libm::floor(scaled) };
+            Ok(Value::Float(whole / power))
+        }
+        _ => fail("the method of round is common, ceil or floor"),
+    }
+}
+
+/// A whole number rounded to tens, hundreds and so on, halves to the even digit.
+fn round_integer(int: i64, precision: i32) -> Result<i64> {
+    if precision >= 0 {
+        return Ok(int);
+    }
+    let Some(unit) = 10_i64.checked_pow(precision.unsigned_abs()) else { return Ok(0) };
+    let down = int.div_euclid(unit);
+    let rest = int.rem_euclid(unit);
+    let is_up = rest > unit / 2 || rest == unit / 2 && down % 2 != 0;
+    (down + i64::from(is_up)).checked_mul(unit).map_or_else(|| fail("the number is too large"), Ok)
+}
+
+/// `value|attr("name")`: an attribute, and no member of a dict.
+fn attribute(run: &mut Run<'_, '_>, value: Value, name: Option<Value>) -> Result<Value> {
+    let Value::Str(name) = needed(name, "name")? else { return fail("the name of an attribute is a string") };
+    match value {
+        Value::Map(crate::value::Map::Namespace, _) | Value::Loop(_) => run.attribute(value, name),
+        _ => Ok(Value::Undefined(name)),
+    }
+}
+
+fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
+    let text: Text = run.to_str(value)?;
+    let positions = arguments.positions(run);
+    if positions > 0 && positions < arguments.count {
+        return fail("format takes either arguments with names or without");
+    }
+    let values = if positions == 0 && arguments.count > 0 {
+        let map = run.map(crate::value::Map::Dict, arguments.count)?;
+        let Value::Map(_, head) = map else { return Ok(map) };
+        for index in 0..arguments.count {
+            if let Some((name, value)) = arguments.named(run, index) {
+                run.put(head, Value::Str(name), value)?;
+            }
+        }
+        map
+    } else {
+        let head = run.memory.new_block(positions, crate::value::SIZE)?;
+        for index in 0..positions {
+            let value = run.memory.at(arguments.first + index);
+            run.append(head, value)?;
+        }
+        Value::Seq(crate::value::Seq::Tuple, head)
+    };
+    crate::format::percent(run, text, values)
+}

@@ -1,0 +1,142 @@
+//! Filters that compare elements: the least, the greatest, sorted, each once.
+
+use core::cmp::Ordering;
+
+use super::sequences::{pairs, path_of};
+use crate::arguments::Bound;
+use crate::environment::Kind;
+use crate::fault::{Result, fail};
+use crate::memory::Text;
+use crate::names::Filter;
+use crate::run::{DEEPEST, Run, order, wrong};
+use crate::value::{Map, SIZE, Seq, Value};
+
+/// How elements are compared.
+#[derive(Clone, Copy, Debug)]
+struct Rule {
+    path: Option<Value>,
+    minds_case: bool,
+}
+
+/// Result of a filter that compares.
+pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) -> Result<Value> {
+    let [first, second, third, _] = bound;
+    let mut truth = |value: Option<Value>| value.is_some_and(|value| run.truth(value));
+    match filter {
+        Filter::Min | Filter::Max => {
+            let rule = Rule { path: second, minds_case: truth(first) };
+            extreme(run, value, rule, filter == Filter::Max)
+        }
+        Filter::Unique => {
+            let rule = Rule { path: second, minds_case: truth(first) };
+            unique(run, value, rule)
+        }
+        Filter::Sort => {
+            let is_reverse = truth(first);
+            let rule = Rule { path: third, minds_case: truth(second) };
+            let list = run.list_of(Seq::List, value)?;
+            sort(run, list, rule, is_reverse)
+        }
+        _ => {
+            let rule = Rule { path: None, minds_case: truth(first) };
+            let is_reverse = truth(third);
+            sort_dict(run, value, rule, second, is_reverse)
+        }
+    }
+}
+
+impl Rule {
+    /// What an element is compared by.
+    fn key(self, run: &mut Run<'_, '_>, element: Value) -> Result<Value> {
+        let key = match self.path {
+            None | Some(Value::None) => element,
+            Some(path) => path_of(run, element, path)?,
+        };
+        match key {
+            Value::Str(text) if !self.minds_case => run.lower(text),
+            _ => Ok(key),
+        }
+    }
+}
+
+fn extreme(run: &mut Run<'_, '_>, value: Value, rule: Rule, is_greatest: bool) -> Result<Value> {
+    let length = run.iterate(value)?;
+    if length == 0 {
+        return Ok(Value::Undefined(Text::default()));
+    }
+    let mut best = run.element(value, 0)?;
+    let mut best_key = rule.key(run, best)?;
+    for index in 1..length {
+        let element = run.element(value, index)?;
+        let key = rule.key(run, element)?;
+        let wanted = if is_greatest { Ordering::Greater } else { Ordering::Less };
+        if order::order(run, key, best_key, DEEPEST)? == Some(wanted) {
+            (best, best_key) = (element, key);
+        }
+    }
+    run.use_up(value);
+    Ok(best)
+}
+
+/// Sorts a list in its place: equal elements keep their order.
+fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Result<Value> {
+    let Value::Seq(_, head) = list else { return Ok(list) };
+    let block = run.memory.block(head);
+    let at = |index: usize| block.data + index * SIZE;
+    let wanted = if is_reverse { Ordering::Greater } else { Ordering::Less };
+    for end in 1..block.len {
+        let top = run.memory.top;
+        let element = run.memory.value(at(end));
+        let key = rule.key(run, element)?;
+        let mut place = end;
+        while place > 0 {
+            let before = run.memory.value(at(place - 1));
+            let before_key = rule.key(run, before)?;
+            if order::order(run, key, before_key, DEEPEST)? != Some(wanted) {
+                break;
+            }
+            run.memory.set_value(at(place), before);
+            place -= 1;
+        }
+        run.memory.set_value(at(place), element);
+        run.memory.top = top;
+    }
+    Ok(list)
+}
+
+fn sort_dict(run: &mut Run<'_, '_>, value: Value, rule: Rule, by: Option<Value>, is_reverse: bool) -> Result<Value> {
+    let is_dict = match value {
+        Value::Map(Map::Dict, _) => true,
+        Value::Object(object) => object.kind == Kind::Dict,
+        _ => false,
+    };
+    if !is_dict {
+        return Err(wrong("dictsort wants a dict", value));
+    }
+    let index = match by {
+        None => 0,
+        Some(Value::Str(by)) if run.memory.is(by, "key") => 0,
+        Some(Value::Str(by)) if run.memory.is(by, "value") => 1,
+        Some(_) => return fail("dictsort sorts by key or value"),
+    };
+    let head = pairs(run, value)?;
+    let rule = Rule { path: Some(Value::Int(index)), ..rule };
+    sort(run, Value::Seq(Seq::List, head), rule, is_reverse)
+}
+
+fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
+    let (head, seen) = (run.memory.new_block(0, SIZE)?, run.memory.new_block(0, SIZE)?);
+    for index in 0..run.iterate(value)? {
+        let element = run.element(value, index)?;
+        let key = rule.key(run, element)?;
+        if !order::is_hashable(run, key) {
+            return Err(wrong("this cannot be compared by unique", key));
+        }
+        if !order::contains(run, key, Value::Seq(Seq::List, seen))? {
+            run.append(seen, key)?;
+            run.append(head, element)?;
+        }
+    }
+    run.use_up(value);
+    Ok(Value::Seq(Seq::Once, head))
+}

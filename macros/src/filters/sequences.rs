@@ -1,0 +1,216 @@
+//! Filters of lists and dicts.
+
+use super::needed;
+use super::strings::whole;
+use crate::code::Op;
+use crate::environment::Kind;
+use crate::fault::{Result, fail};
+use crate::memory::Text;
+use crate::names::Filter;
+use crate::run::{Run, numbers, wrong};
+use crate::value::{Map, SIZE, Seq, Value};
+
+/// Result of a filter of lists and dicts.
+pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option<Value>; 3]) -> Result<Value> {
+    let [first, second, _] = bound;
+    match filter {
+        Filter::List => run.list_of(Seq::List, value),
+        Filter::First => end(run, value, false),
+        Filter::Last => {
+            if matches!(value, Value::Seq(Seq::Once, _) | Value::Undefined(_)) {
+                return Err(wrong("this has no last element: put |list before it", value));
+            }
+            end(run, value, true)
+        }
+        Filter::Join => {
+            let values = match second {
+                None | Some(Value::None) => value,
+                Some(path) => attributes(run, value, path)?,
+            };
+            let between = match first {
+                None => Text::default(),
+                Some(between) => run.to_str(between)?,
+            };
+            run.join(values, between, false)
+        }
+        Filter::Sum => sum(run, value, first, second),
+        Filter::Random => random(run, value),
+        Filter::Reverse => reverse(run, value),
+        Filter::Items => items(run, value),
+        Filter::Batch => batch(run, value, whole(needed(first, "linecount")?)?, second),
+        _ => slices(run, value, whole(needed(first, "slices")?)?, second),
+    }
+}
+
+fn end(run: &mut Run<'_, '_>, value: Value, is_last: bool) -> Result<Value> {
+    match run.iterate(value)? {
+        0 => Ok(Value::Undefined(Text::default())),
+        length => run.element(value, if is_last { length - 1 } else { 0 }),
+    }
+}
+
+/// The attribute of each element.
+fn attributes(run: &mut Run<'_, '_>, values: Value, path: Value) -> Result<Value> {
+    let head = run.memory.new_block(0, SIZE)?;
+    for index in 0..run.iterate(values)? {
+        let element = run.element(values, index)?;
+        let found = path_of(run, element, path)?;
+        run.append(head, found)?;
+    }
+    run.use_up(values);
+    Ok(Value::Seq(Seq::List, head))
+}
+
+/// What a path with points leads to: names, and numbers as indices.
+pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value> {
+    let Value::Str(path) = path else { return run.item(value, path) };
+    let mut value = value;
+    let mut rest = path;
+    loop {
+        let string = run.memory.text(rest);
+        let end = string.find('.').unwrap_or(string.len());
+        let name = rest.part(0, end);
+        let is_number = end > 0 && run.memory.bytes(name).iter().all(u8::is_ascii_digit);
+        let key = match numbers::read_int(run.memory.text(name), 10) {
+            Some(index) if is_number => Value::Int(index),
+            _ => Value::Str(name),
+        };
+        value = run.item(value, key)?;
+        if end >= usize::from(rest.len) {
+            return Ok(value);
+        }
+        rest = rest.part(end + 1, usize::MAX);
+    }
+}
+
+fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<Value>) -> Result<Value> {
+    let mut total = start.unwrap_or(Value::Int(0));
+    if matches!(total, Value::Str(_)) {
+        return fail("sum cannot add strings: use join");
+    }
+    for index in 0..run.iterate(value)? {
+        let mut element = run.element(value, index)?;
+        if let Some(path) = path
+            && !matches!(path, Value::None)
+        {
+            element = path_of(run, element, path)?;
+        }
+        total = numbers::calculate(run, Op::Add, total, element)?;
+    }
+    run.use_up(value);
+    Ok(total)
+}
+
+fn random(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
+    let is_sequence = match value {
+        Value::Str(_) | Value::Seq(Seq::List | Seq::Tuple, _) | Value::Range(_) => true,
+        Value::Object(object) => matches!(object.kind, Kind::List | Kind::Tuple),
+        _ => false,
+    };
+    if !is_sequence {
+        return Err(wrong("random wants a list: put |list before it", value));
+    }
+    match run.iterate(value)? {
+        0 => Ok(Value::Undefined(Text::default())),
+        length => {
+            let index = run.machine.random(length).min(length - 1);
+            run.element(value, index)
+        }
+    }
+}
+
+fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
+    let length = run.iterate(value)?;
+    if let Value::Str(text) = value {
+        let from = run.memory.top;
+        for index in (0..length).rev() {
+            let part = run.character(text, index);
+            run.memory.push_text(part)?;
+        }
+        return Ok(Value::Str(run.memory.text_since(from)));
+    }
+    let head = run.memory.new_block(0, SIZE)?;
+    for index in (0..length).rev() {
+        let element = run.element(value, index)?;
+        run.append(head, element)?;
+    }
+    run.use_up(value);
+    let kind = if matches!(value, Value::Seq(Seq::Once, _)) { Seq::List } else { Seq::Once };
+    Ok(Value::Seq(kind, head))
+}
+
+/// Pairs of key and value of a dict.
+pub fn pairs(run: &mut Run<'_, '_>, value: Value) -> Result<u16> {
+    let head = run.memory.new_block(0, SIZE)?;
+    for index in 0..run.length(value).unwrap_or(0) {
+        let (key, part) = run.entry(value, index)?;
+        let pair = run.seq(Seq::Tuple, &[key, part])?;
+        run.append(head, pair)?;
+    }
+    Ok(head)
+}
+
+fn items(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
+    let is_dict = match value {
+        Value::Map(Map::Dict, _) | Value::Undefined(_) => true,
+        Value::Object(object) => object.kind == Kind::Dict,
+        _ => false,
+    };
+    if !is_dict {
+        return Err(wrong("items wants a dict", value));
+    }
+    pairs(run, value).map(|head| Value::Seq(Seq::Once, head))
+}
+
+fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
+    let fill = fill.filter(|fill| !matches!(fill, Value::None));
+    let all = run.memory.new_block(0, SIZE)?;
+    let length = run.iterate(value)?;
+    let mut index = 0;
+    while index < length {
+        let head = run.memory.new_block(0, SIZE)?;
+        loop {
+            let element = run.element(value, index)?;
+            run.append(head, element)?;
+            index += 1;
+            if index >= length || run.memory.block(head).len as i64 == count {
+                break;
+            }
+        }
+        while let Some(fill) = fill
+            && (run.memory.block(head).len as i64) < count
+        {
+            run.append(head, fill)?;
+        }
+        run.append(all, Value::Seq(Seq::List, head))?;
+    }
+    run.use_up(value);
+    Ok(Value::Seq(Seq::Once, all))
+}
+
+fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
+    let fill = fill.filter(|fill| !matches!(fill, Value::None));
+    let length = run.iterate(value)? as i64;
+    if count == 0 {
+        return fail("a list cannot be cut into 0 parts");
+    }
+    let all = run.memory.new_block(0, SIZE)?;
+    let (each, extra) = (length.div_euclid(count), length.rem_euclid(count));
+    let mut index = 0;
+    for slice in 0..count {
+        let head = run.memory.new_block(0, SIZE)?;
+        for _ in 0..each + i64::from(slice < extra) {
+            let element = run.element(value, index)?;
+            run.append(head, element)?;
+            index += 1;
+        }
+        if let Some(fill) = fill
+            && slice >= extra
+        {
+            run.append(head, fill)?;
+        }
+        run.append(all, Value::Seq(Seq::List, head))?;
+    }
+    run.use_up(value);
+    Ok(Value::Seq(Seq::Once, all))
+}

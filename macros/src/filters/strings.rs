@@ -1,0 +1,139 @@
+//! Filters of strings.
+
+use super::needed;
+use crate::arguments::Bound;
+use crate::chars;
+use crate::fault::{Result, fail};
+use crate::memory::Text;
+use crate::names::Filter;
+use crate::run::{Run, wrong};
+use crate::value::Value;
+
+/// Whole number that an argument is.
+pub fn whole(value: Value) -> Result<i64> {
+    match value {
+        Value::Int(value) => Ok(value),
+        Value::Bool(is) => Ok(i64::from(is)),
+        other => Err(wrong("a whole number is wanted here", other)),
+    }
+}
+
+/// Result of a filter of strings.
+pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) -> Result<Value> {
+    let [first, second, third, fourth] = bound;
+    let text = run.to_str(value)?;
+    match filter {
+        Filter::Lower => run.lower(text),
+        Filter::Upper => run.upper(text),
+        Filter::Capitalize => run.capitalize(text),
+        Filter::Title => run.change(text, |_, before, char| {
+            let is_start = chars::is_blank(before) || matches!(before, '-' | '(' | '{' | '[' | '<');
+            if is_start { chars::upper(char) } else { chars::lower(char) }
+        }),
+        Filter::Trim => {
+            let set = match first {
+                None | Some(Value::None) => None,
+                Some(Value::Str(set)) => Some(set),
+                Some(other) => return Err(wrong("trim wants a string", other)),
+            };
+            Ok(Value::Str(run.strip(text, set, (true, true))))
+        }
+        Filter::Replace => {
+            let old = run.to_str(needed(first, "old")?)?;
+            let new = run.to_str(needed(second, "new")?)?;
+            let count = match third {
+                None | Some(Value::None) => -1,
+                Some(count) => whole(count)?,
+            };
+            run.replace(text, old, new, count)
+        }
+        Filter::Center => {
+            let width = whole(first.unwrap_or(Value::Int(80)))?;
+            center(run, text, width, ' ')
+        }
+        Filter::WordCount => {
+            let is_part = |char: char| !(char.is_alphanumeric() || char == '_');
+            let count = run.memory.text(text).split(is_part).filter(|word| !word.is_empty()).count();
+            Ok(Value::Int(count as i64))
+        }
+        Filter::Indent => indent(run, value, [first, second, third]),
+        _ => truncate(run, value, [first, second, third, fourth]),
+    }
+}
+
+/// A string in the middle of a width; an odd blank goes where Python puts it.
+pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Result<Value> {
+    let length = run.memory.text(text).chars().count();
+    let width = usize::try_from(width).unwrap_or(0);
+    let missing = width.saturating_sub(length);
+    let left = missing / 2 + (missing & width & 1);
+    run.pad(text, (left, missing - left), fill)
+}
+
+fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Value>; 3]) -> Result<Value> {
+    let Value::Str(text) = value else { return Err(wrong("indent wants a string", value)) };
+    let indention = match width.unwrap_or(Value::Int(4)) {
+        Value::Str(text) => text,
+        other => {
+            let from = run.memory.top;
+            (0..whole(other)?).try_for_each(|_| run.memory.push_byte(b' '))?;
+            run.memory.text_since(from)
+        }
+    };
+    let (first, blank) = (first.unwrap_or(Value::Bool(false)), blank.unwrap_or(Value::Bool(false)));
+    let (first, blank) = (run.truth(first), run.truth(blank));
+    let lines = run.split_lines(text)?;
+    let count = run.iterate(lines)?.max(1);
+    let from = run.memory.top;
+    for index in 0..count {
+        let line = if run.length(lines) == Some(0) { Text::default() } else {
+            match run.element(lines, index)? {
+                Value::Str(line) => line,
+                _ => Text::default(),
+            }
+        };
+        if index > 0 {
+            run.memory.push_byte(b'\n')?;
+        }
+        if if index == 0 { first } else { blank || line.len > 0 } {
+            run.memory.push_text(indention)?;
+        }
+        run.memory.push_text(line)?;
+    }
+    if run.memory.text(text).ends_with('\n') {
+        run.memory.push_byte(b'\n')?;
+        if blank {
+            run.memory.push_text(indention)?;
+        }
+    }
+    Ok(Value::Str(run.memory.text_since(from)))
+}
+
+fn truncate(run: &mut Run<'_, '_>, value: Value, bound: Bound) -> Result<Value> {
+    let [length, kill, end, leeway] = bound;
+    let Value::Str(text) = value else { return Err(wrong("truncate wants a string", value)) };
+    let length = whole(length.unwrap_or(Value::Int(255)))?;
+    let leeway = whole(leeway.unwrap_or(Value::Int(5)))?;
+    let end = match end {
+        None => run.str("...")?,
+        Some(end) => end,
+    };
+    let Value::Str(end) = end else { return Err(wrong("the end of truncate is a string", end)) };
+    let count = |run: &Run<'_, '_>, text| run.memory.text(text).chars().count() as i64;
+    let rest = length - count(run, end);
+    if rest < 0 || leeway < 0 {
+        return fail("the length for truncate is shorter than its end");
+    }
+    if count(run, text) <= length + leeway {
+        return Ok(value);
+    }
+    let string = run.memory.text(text);
+    let cut = string.char_indices().nth(rest as usize).map_or(string.len(), |(at, _)| at);
+    let mut kept = text.part(0, cut);
+    if !kill.is_some_and(|kill| run.truth(kill))
+        && let Some(blank) = run.memory.text(kept).rfind(' ')
+    {
+        kept = kept.part(0, blank);
+    }
+    run.join_two(kept, end)
+}

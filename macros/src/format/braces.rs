@@ -1,0 +1,158 @@
+//! `"...".format(values)`
+
+use super::{Spec, number, write_text};
+use crate::arguments::Arguments;
+use crate::fault::{About, Fault, Result, fail};
+use crate::memory::Text;
+use crate::run::order::{Number, number as number_of};
+use crate::run::{Run, wrong};
+use crate::value::Value;
+
+const NO_END: &str = "a } is missing in the text: write {{ and }} for braces themselves";
+
+/// A text with values in the places of its braces.
+pub fn braces(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments) -> Result<Value> {
+    let start = run.memory.top;
+    let mut next = 0;
+    let mut at = 0;
+    while at < usize::from(text.len) {
+        let byte = |at: usize| if at < usize::from(text.len) { run.memory.byte(usize::from(text.at) + at) } else { 0 };
+        let (this, following) = (byte(at), byte(at + 1));
+        at += 1;
+        match this {
+            b'{' | b'}' if following == this => {
+                run.memory.push_byte(this)?;
+                at += 1;
+            }
+            b'{' => {
+                let rest = text.part(at, usize::MAX);
+                let Some(end) = run.memory.text(rest).find('}') else { return fail(NO_END) };
+                field(run, rest.part(0, end), arguments, &mut next)?;
+                at += end + 1;
+            }
+            b'}' => return fail(NO_END),
+            _ => run.memory.push_byte(this)?,
+        }
+    }
+    Ok(Value::Str(run.memory.text_since(start)))
+}
+
+fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut usize) -> Result<()> {
+    let string = run.memory.text(field);
+    let name_end = string.find([':', '!']).unwrap_or(string.len());
+    let name = field.part(0, name_end);
+    let rest = string.get(name_end..).unwrap_or_default();
+    let (conversion, form_at) = match rest.as_bytes() {
+        [b'!', letter @ (b's' | b'r'), b':', ..] => (*letter, name_end + 3),
+        [b'!', letter @ (b's' | b'r')] => (*letter, name_end + 2),
+        [b'!', ..] => return fail("behind ! stands s or r"),
+        [b':', ..] => (0, name_end + 1),
+        _ => (0, name_end),
+    };
+    let word = run.memory.text(name);
+    let value = if word.is_empty() {
+        *next += 1;
+        arguments.position(run, *next - 1)
+    } else if let Ok(index) = word.parse::<usize>() {
+        arguments.position(run, index)
+    } else {
+        arguments.keyword(run, name)
+    };
+    let Some(value) = value else {
+        return Err(Fault::about("the text has a place for a value that is not given", name));
+    };
+    let spec = read_spec(run.memory.text(field.part(form_at, usize::MAX)))?;
+    let from = run.memory.top;
+    let value = match conversion {
+        b'r' => Value::Str(run.to_repr(value)?),
+        b's' => Value::Str(run.to_str(value)?),
+        _ => value,
+    };
+    write(run, value, &spec, from)
+}
+
+fn read_spec(text: &str) -> Result<Spec> {
+    let mut spec = Spec::default();
+    let mut chars = text.chars();
+    let mut at = 0;
+    if let (Some(first), Some(second)) = (chars.next(), chars.next())
+        && matches!(second, '<' | '>' | '^' | '=')
+    {
+        (spec.fill, spec.align) = (first, second as u8);
+        at = first.len_utf8() + 1;
+    }
+    let bytes = text.as_bytes();
+    let byte = |at: usize| bytes.get(at).copied().unwrap_or(0);
+    if spec.align == 0 && matches!(byte(at), b'<' | b'>' | b'^' | b'=') {
+        (spec.align, at) = (byte(at), at + 1);
+    }
+    if matches!(byte(at), b'+' | b'-' | b' ') {
+        (spec.sign, at) = (byte(at), at + 1);
+    }
+    if byte(at) == b'#' {
+        (spec.is_alternate, at) = (true, at + 1);
+    }
+    if byte(at) == b'0' {
+        at += 1;
+        if spec.align == 0 {
+            (spec.fill, spec.align) = ('0', b'=');
+        }
+    }
+    (spec.width, at) = number(bytes, at);
+    if matches!(byte(at), b',' | b'_') {
+        (spec.comma, at) = (byte(at), at + 1);
+    }
+    if byte(at) == b'.' {
+        let (precision, end) = number(bytes, at + 1);
+        if end == at + 1 {
+            return fail("a number is missing behind the point of the form");
+        }
+        (spec.precision, at) = (Some(precision), end);
+    }
+    spec.form = byte(at);
+    if at + 1 < bytes.len() {
+        return Err(Fault { words: "the form goes on behind its letter", about: About::Byte(byte(at + 1)) });
+    }
+    Ok(spec)
+}
+
+/// Appends a value; what was made for it since a place goes.
+fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec, from: usize) -> Result<()> {
+    let is_real = matches!(spec.form, b'e' | b'E' | b'f' | b'F' | b'g' | b'G' | b'%');
+    let memory = &mut run.memory;
+    match (number_of(value), value) {
+        (_, Value::Bool(is)) if spec.form == 0 => {
+            let start = memory.top;
+            memory.push_bytes(if is { b"True" } else { b"False" })?;
+            if spec.width > 0 {
+                memory.top = start;
+                return super::number::write_int(memory, i64::from(is), spec);
+            }
+            Ok(())
+        }
+        (Some(Number::Int(value)), _) if is_real => super::number::write_real(memory, value as f64, spec),
+        (Some(Number::Int(value)), _) if matches!(spec.form, 0 | b'd' | b'x' | b'X' | b'o' | b'b' | b'c' | b'n') => {
+            if spec.precision.is_some() {
+                return fail("whole numbers have no digits behind the point: use f");
+            }
+            super::number::write_int(memory, value, spec)
+        }
+        (Some(Number::Float(value)), _) => super::number::write_real(memory, value, spec),
+        (None, Value::Str(text)) if matches!(spec.form, 0 | b's') => {
+            if spec.align == b'=' || spec.comma != 0 || spec.sign != b'-' {
+                return fail("this form is for numbers: make one with |int or |float");
+            }
+            let start = memory.top;
+            write_text(memory, text, spec)?;
+            memory.close_gap(from, start);
+            Ok(())
+        }
+        (None, Value::Undefined(_)) if spec.form == 0 && spec.width == 0 => Ok(()),
+        (None, value) if spec.form == 0 && spec.width == 0 && !matches!(value, Value::Str(_)) => {
+            let text = run.to_str(value)?;
+            run.memory.close_gap(from, usize::from(text.at));
+            Ok(())
+        }
+        (_, value) => Err(wrong("this form does not fit the value", value)),
+    }
+}

@@ -1,0 +1,176 @@
+//! `"..." % values`
+
+use super::{Spec, number, write_text};
+use crate::fault::{About, Fault, Result, fail};
+use crate::memory::Text;
+use crate::run::order::{Number, number as number_of};
+use crate::run::{Run, numbers, wrong};
+use crate::value::{Map, Seq, Value};
+
+const TOO_FEW: &str = "there are fewer values than % signs in the text";
+
+/// Values that are still to be written.
+struct Values {
+    all: Value,
+    next: usize,
+}
+
+/// A text with values in the places of its `%` signs.
+pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
+    let all = run.settle(all, crate::run::DEEPEST)?;
+    let mut values = Values { all, next: 0 };
+    let start = run.memory.top;
+    let mut at = 0;
+    let length = usize::from(text.len);
+    while at < length {
+        let byte = run.memory.byte(usize::from(text.at) + at);
+        at += 1;
+        if byte != b'%' {
+            run.memory.push_byte(byte)?;
+        } else {
+            at = field(run, text, at, &mut values)?;
+        }
+    }
+    let is_left = match values.all {
+        Value::Seq(Seq::Tuple, head) => values.next < run.memory.block(head).len,
+        Value::Map(..) | Value::Seq(Seq::List, _) | Value::Range(_) | Value::Undefined(_) => false,
+        _ => values.next == 0,
+    };
+    if is_left {
+        return fail("there are more values than % signs in the text");
+    }
+    Ok(Value::Str(run.memory.text_since(start)))
+}
+
+impl Values {
+    fn take(&mut self, run: &Run<'_, '_>) -> Result<Value> {
+        self.next += 1;
+        match self.all {
+            Value::Seq(Seq::Tuple, head) => {
+                let block = run.memory.block(head);
+                if self.next > block.len {
+                    return fail(TOO_FEW);
+                }
+                Ok(run.memory.value(block.data + (self.next - 1) * crate::value::SIZE))
+            }
+            value if self.next == 1 => Ok(value),
+            _ => fail(TOO_FEW),
+        }
+    }
+
+    /// A number of a form that is given as a value: `%*d`.
+    fn take_number(&mut self, run: &Run<'_, '_>) -> Result<usize> {
+        match self.take(run)? {
+            Value::Int(value) => Ok(usize::try_from(value).unwrap_or(0).min(super::MOST)),
+            value => Err(wrong("a width has to be a whole number", value)),
+        }
+    }
+}
+
+/// Appends one value; returns where its form ends.
+fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) -> Result<usize> {
+    let byte = |run: &Run<'_, '_>, at: usize| {
+        if at < usize::from(text.len) { run.memory.byte(usize::from(text.at) + at) } else { 0 }
+    };
+    let mut spec = Spec::default();
+    let mut named = None;
+    if byte(run, at) == b'(' {
+        let rest = text.part(at + 1, usize::MAX);
+        let Some(end) = run.memory.text(rest).find(')') else { return fail("a ) is missing behind %(") };
+        let (name, Value::Map(Map::Dict, head)) = (rest.part(0, end), values.all) else {
+            return fail("%(name) wants a dict behind the %");
+        };
+        let Some(place) = run.find(head, Value::Str(name))? else {
+            return Err(Fault::about("the dict has no value of this name", name));
+        };
+        named = Some(run.memory.value(place + crate::value::SIZE));
+        at += end + 2;
+    }
+    let mut is_zero = false;
+    loop {
+        match byte(run, at) {
+            b'-' => spec.align = b'<',
+            b'0' => is_zero = true,
+            b'+' => spec.sign = b'+',
+            b' ' if spec.sign != b'+' => spec.sign = b' ',
+            b' ' => {}
+            b'#' => spec.is_alternate = true,
+            _ => break,
+        }
+        at += 1;
+    }
+    if byte(run, at) == b'*' {
+        (spec.width, at) = (values.take_number(run)?, at + 1);
+    } else {
+        (spec.width, at) = number(run.memory.bytes(text), at);
+    }
+    if byte(run, at) == b'.' {
+        at += 1;
+        let precision;
+        if byte(run, at) == b'*' {
+            (precision, at) = (values.take_number(run)?, at + 1);
+        } else {
+            (precision, at) = number(run.memory.bytes(text), at);
+        }
+        spec.precision = Some(precision);
+    }
+    while matches!(byte(run, at), b'l' | b'h' | b'L') {
+        at += 1;
+    }
+    spec.form = byte(run, at);
+    if spec.form == b'%' {
+        run.memory.push_byte(b'%')?;
+        return Ok(at + 1);
+    }
+    if is_zero && spec.align == 0 && !matches!(spec.form, b's' | b'r' | b'c') {
+        (spec.fill, spec.align) = ('0', b'=');
+    }
+    let value = match named {
+        Some(value) => value,
+        None => values.take(run)?,
+    };
+    write(run, value, spec)?;
+    Ok(at + 1)
+}
+
+fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
+    if spec.align == 0 {
+        spec.align = b'>';
+    }
+    let from = run.memory.top;
+    match spec.form {
+        b's' | b'r' | b'a' => {
+            let text = if spec.form == b's' { run.to_str(value)? } else { run.to_repr(value)? };
+            let start = run.memory.top;
+            write_text(&mut run.memory, text, &spec)?;
+            run.memory.close_gap(from, start);
+            Ok(())
+        }
+        b'd' | b'i' | b'u' | b'x' | b'X' | b'o' => {
+            let whole = match number_of(value) {
+                Some(Number::Int(value)) => Some(value),
+                Some(Number::Float(value)) if matches!(spec.form, b'd' | b'i' | b'u') => numbers::truncate(value),
+                _ => None,
+            };
+            let Some(whole) = whole else { return Err(wrong("this form wants a whole number: put |int behind the value", value)) };
+            if matches!(spec.form, b'i' | b'u') {
+                spec.form = b'd';
+            }
+            super::number::write_int(&mut run.memory, whole, &spec)
+        }
+        b'e' | b'E' | b'f' | b'F' | b'g' | b'G' => match number_of(value) {
+            Some(Number::Int(value)) => super::number::write_real(&mut run.memory, value as f64, &spec),
+            Some(Number::Float(value)) => super::number::write_real(&mut run.memory, value, &spec),
+            None => Err(wrong("this form wants a number: put |float behind the value", value)),
+        },
+        b'c' => match value {
+            Value::Int(value) => super::number::write_int(&mut run.memory, value, &spec),
+            Value::Str(text) if run.memory.text(text).chars().count() == 1 => {
+                write_text(&mut run.memory, text, &Spec { precision: None, ..spec })
+            }
+            _ => Err(wrong("this form wants one character", value)),
+        },
+        0 => fail("the text ends behind %: write %% for a % sign"),
+        form => Err(Fault { words: "there is no form of this letter behind %: write %% for a % sign", about: About::Byte(form) }),
+    }
+}

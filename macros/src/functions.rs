@@ -1,0 +1,67 @@
+//! Functions that a template calls by name.
+
+use crate::arguments::Arguments;
+use crate::environment::Action;
+use crate::fault::{Fault, Result, fail};
+use crate::memory::Text;
+use crate::methods;
+use crate::names::Function;
+use crate::run::{Run, wrong};
+use crate::value::{Map, Value};
+
+/// Result of a function.
+pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<Value> {
+    let Some((function, names)) = Function::from_number(number) else { return fail("there is no such function") };
+    match function {
+        Function::Range => range(run, arguments, names),
+        Function::Dict => fill(run, Map::Dict, arguments),
+        Function::Namespace => fill(run, Map::Namespace, arguments),
+        Function::Respond => act(run, Action::Respond, arguments.bind(run, names)?[0]),
+        Function::EmergencyStop => {
+            let [message, ..] = arguments.bind(run, names)?;
+            let message = if message.is_none() { Some(run.str("action_emergency_stop")?) } else { message };
+            act(run, Action::EmergencyStop, message)
+        }
+        Function::RaiseError => {
+            let [message, ..] = arguments.bind(run, names)?;
+            let text = run.to_str(message.ok_or(Fault::new(NO_MESSAGE))?)?;
+            act(run, Action::RaiseError, Some(Value::Str(text)))?;
+            Err(Fault::about("raised by the macro", text))
+        }
+        Function::CallRemoteMethod => act(run, Action::CallRemoteMethod, arguments.position(run, 0)),
+    }
+}
+
+const NO_MESSAGE: &str = "a message is missing";
+
+fn act(run: &mut Run<'_, '_>, action: Action, message: Option<Value>) -> Result<Value> {
+    let text: Text = run.to_str(message.ok_or(Fault::new(NO_MESSAGE))?)?;
+    run.machine.act(action, run.memory.text(text));
+    run.str("")
+}
+
+fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value> {
+    let map = run.map(kind, arguments.count)?;
+    if let Value::Map(_, head) = map {
+        methods::dicts::fill(run, head, arguments)?;
+    }
+    Ok(map)
+}
+
+fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static str) -> Result<Value> {
+    let mut bounds = [0; 3];
+    for (bound, value) in bounds.iter_mut().zip(arguments.bind(run, names)?.into_iter().flatten()) {
+        *bound = match value {
+            Value::Int(value) => value,
+            Value::Bool(is) => i64::from(is),
+            other => return Err(wrong("range wants whole numbers: put |int behind it", other)),
+        };
+    }
+    match (arguments.count, bounds) {
+        (1, [end, ..]) => run.new_range([0, end, 1]),
+        (2, [start, end, _]) => run.new_range([start, end, 1]),
+        (3, [_, _, 0]) => fail("the step of a range may not be 0"),
+        (3, bounds) => run.new_range(bounds),
+        _ => fail("range wants one, two or three numbers"),
+    }
+}

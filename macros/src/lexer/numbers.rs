@@ -1,0 +1,88 @@
+//! Numbers: whole, in other bases, with point or exponent.
+
+use crate::fault::{Result, fail};
+use crate::lexer::Token;
+use crate::lexer::reader::Reader;
+use crate::memory::Memory;
+
+/// Reads a number. Python's literals, other than templates, may begin or end with their point.
+pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>, is_literal: bool) -> Result<Token> {
+    let may_be_real = is_literal || reader.last != b'.';
+    let base = match (reader.peek(0), reader.peek(1) | 0x20) {
+        (b'0', b'x') => 16,
+        (b'0', b'o') => 8,
+        (b'0', b'b') => 2,
+        _ => 10,
+    };
+    if base != 10 && is_digit_behind(reader, 2, base) {
+        reader.skip(2);
+        return whole(reader, base);
+    }
+    let from = memory.top;
+    digits(reader, memory)?;
+    let mut is_real = false;
+    if may_be_real && reader.peek(0) == b'.' && (is_literal || reader.peek(1).is_ascii_digit()) {
+        is_real = true;
+        memory.push_byte(reader.take())?;
+        digits(reader, memory)?;
+    }
+    let sign = usize::from(matches!(reader.peek(1), b'+' | b'-'));
+    if may_be_real && reader.peek(0) | 0x20 == b'e' && reader.peek(1 + sign).is_ascii_digit() {
+        is_real = true;
+        (0..=sign).try_for_each(|_| memory.push_byte(reader.take()))?;
+        digits(reader, memory)?;
+    }
+    let text = memory.text_since(from);
+    let token = if is_real { real(memory.text(text)) } else { decimal(memory.bytes(text)) };
+    memory.top = from;
+    token
+}
+
+fn is_digit_behind(reader: &Reader<'_>, index: usize, base: u32) -> bool {
+    let is_digit = |index| char::from(reader.peek(index)).is_digit(base);
+    is_digit(index) || reader.peek(index) == b'_' && is_digit(index + 1)
+}
+
+/// Takes digits, and leaves out a `_` between two of them.
+fn digits(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
+    loop {
+        match reader.peek(0) {
+            b'0'..=b'9' => memory.push_byte(reader.take())?,
+            b'_' if reader.last.is_ascii_digit() && reader.peek(1).is_ascii_digit() => reader.skip(1),
+            _ => return Ok(()),
+        }
+    }
+}
+
+fn real(text: &str) -> Result<Token> {
+    match gcode::read_f64(text) {
+        Some(value) if value.is_finite() => Ok(Token::Float(value)),
+        _ => fail("a number of this size cannot be kept: write a smaller one"),
+    }
+}
+
+fn decimal(digits: &[u8]) -> Result<Token> {
+    if digits.first() == Some(&b'0') && digits.iter().any(|digit| *digit != b'0') {
+        return fail("a whole number may not begin with 0: leave it out");
+    }
+    if digits.is_empty() {
+        return fail("a number is missing behind the point");
+    }
+    let add = |sum: i64, digit: &u8| sum.checked_mul(10)?.checked_add(i64::from(digit.wrapping_sub(b'0')));
+    digits.iter().try_fold(0, add).map_or_else(|| fail(TOO_LARGE), |value| Ok(Token::Int(value)))
+}
+
+/// What is said of whole numbers beyond 64 bits.
+pub const TOO_LARGE: &str = "whole numbers go up to 9223372036854775807: write a smaller one, or one with a point";
+
+fn whole(reader: &mut Reader<'_>, base: u32) -> Result<Token> {
+    let mut value: i64 = 0;
+    while is_digit_behind(reader, 0, base) {
+        let digit = char::from(reader.take()).to_digit(base);
+        let Some(digit) = digit else { continue };
+        let next = value.checked_mul(i64::from(base)).and_then(|value| value.checked_add(i64::from(digit)));
+        let Some(next) = next else { return fail(TOO_LARGE) };
+        value = next;
+    }
+    Ok(Token::Int(value))
+}

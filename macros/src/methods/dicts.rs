@@ -1,0 +1,139 @@
+//! Methods of dicts.
+
+use super::{fixed, needed};
+use crate::arguments::{Arguments, Bound};
+use crate::fault::{Result, fail};
+use crate::memory::Block;
+use crate::run::{Run, order, wrong};
+use crate::value::{Map, SIZE, Seq, Value};
+
+/// Methods and their arguments.
+pub const METHODS: &[(&str, &str)] = &[
+    ("get", "key default"),
+    ("keys", ""),
+    ("values", ""),
+    ("items", ""),
+    ("update", "mapping"),
+    ("pop", "key default"),
+    ("popitem", ""),
+    ("setdefault", "key default"),
+    ("copy", ""),
+    ("clear", ""),
+    ("__setitem__", "key value"),
+    ("__getitem__", "key"),
+    ("__contains__", "key"),
+    ("__len__", ""),
+];
+
+/// Result of a method of a dict.
+pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: Bound) -> Result<Value> {
+    let [first, second, ..] = bound;
+    match name {
+        "get" => Ok(member(run, dict, needed(first)?)?.unwrap_or(second.unwrap_or(Value::None))),
+        "__getitem__" => match member(run, dict, needed(first)?)? {
+            Some(value) => Ok(value),
+            None => fail("the dict has no such key: use get"),
+        },
+        "__contains__" => order::contains(run, needed(first)?, dict).map(Value::Bool),
+        "__len__" => Ok(Value::Int(run.length(dict).unwrap_or(0) as i64)),
+        "keys" => parts(run, dict, Seq::Keys),
+        "values" => parts(run, dict, Seq::Values),
+        "items" => crate::filters::sequences::pairs(run, dict).map(|head| Value::Seq(Seq::Items, head)),
+        "copy" => copy(run, dict),
+        _ => change(run, dict, name, bound),
+    }
+}
+
+fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value>> {
+    match (dict, key) {
+        (Value::Object(object), Value::Str(name)) => run.member(object, name),
+        (Value::Map(_, head), _) => {
+            if !order::is_hashable(run, key) {
+                return Err(wrong("this cannot be the key of a dict", key));
+            }
+            Ok(run.find(head, key)?.map(|at| run.memory.value(at + SIZE)))
+        }
+        _ => Ok(None),
+    }
+}
+
+fn parts(run: &mut Run<'_, '_>, dict: Value, kind: Seq) -> Result<Value> {
+    let head = run.memory.new_block(0, SIZE)?;
+    for index in 0..run.length(dict).unwrap_or(0) {
+        let (key, value) = run.entry(dict, index)?;
+        run.append(head, if kind == Seq::Keys { key } else { value })?;
+    }
+    Ok(Value::Seq(kind, head))
+}
+
+fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
+    let map = run.map(Map::Dict, 0)?;
+    if let Value::Map(_, head) = map {
+        run.put_all(head, dict)?;
+    }
+    Ok(map)
+}
+
+/// Methods that change the dict.
+fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, [first, second, ..]: Bound) -> Result<Value> {
+    let Value::Map(_, head) = dict else { return Err(fixed()) };
+    let block = run.memory.block(head);
+    match name {
+        "__setitem__" => {
+            run.put_kept(head, needed(first)?, needed(second)?)?;
+            Ok(Value::None)
+        }
+        "setdefault" => {
+            let (key, default) = (needed(first)?, second.unwrap_or(Value::None));
+            if let Some(value) = member(run, dict, key)? {
+                return Ok(value);
+            }
+            run.put_kept(head, key, default)?;
+            Ok(default)
+        }
+        "clear" => {
+            run.memory.set_block(head, Block { len: 0, ..block });
+            Ok(Value::None)
+        }
+        "popitem" => {
+            let Some(last) = block.len.checked_sub(1) else { return fail("the dict is empty") };
+            let (key, value) = run.entry(dict, last)?;
+            run.memory.set_block(head, Block { len: last, ..block });
+            run.seq(Seq::Tuple, &[key, value])
+        }
+        _ => {
+            let Some(at) = run.find(head, needed(first)?)? else {
+                return second.map_or_else(|| fail("the dict has no such key: give a second value to pop"), Ok);
+            };
+            let value = run.memory.value(at + SIZE);
+            run.memory.rotate(at, block.data + block.len * 2 * SIZE, 2 * SIZE);
+            run.memory.set_block(head, Block { len: block.len - 1, ..block });
+            Ok(value)
+        }
+    }
+}
+
+/// `dict.update(...)`: from another dict, from pairs, and by names.
+pub fn update(run: &mut Run<'_, '_>, dict: Value, arguments: Arguments) -> Result<Value> {
+    let Value::Map(_, head) = dict else { return Err(fixed()) };
+    fill(run, head, arguments)?;
+    run.keep();
+    Ok(Value::None)
+}
+
+/// Fills a dict as `dict(...)` and `update(...)` do.
+pub fn fill(run: &mut Run<'_, '_>, head: u16, arguments: Arguments) -> Result<()> {
+    let positions = arguments.positions(run);
+    if positions > 1 {
+        return fail("one dict or list of pairs is taken, not more");
+    }
+    if let Some(from) = arguments.position(run, 0) {
+        run.put_all(head, from)?;
+    }
+    for index in positions..arguments.count {
+        if let Some((name, value)) = arguments.named(run, index) {
+            run.put(head, Value::Str(name), value)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,230 @@
+//! Methods of strings.
+
+use super::needed;
+use crate::arguments::{Arguments, Bound};
+use crate::chars;
+use crate::fault::{Result, fail};
+use crate::filters::strings::{center, whole};
+use crate::memory::Text;
+use crate::run::{Run, wrong};
+use crate::value::{Seq, Value};
+
+/// Methods and their arguments.
+pub const METHODS: &[(&str, &str)] = &[
+    ("split", "sep maxsplit"),
+    ("rsplit", "sep maxsplit"),
+    ("splitlines", ""),
+    ("format", "*"),
+    ("startswith", "prefix"),
+    ("endswith", "suffix"),
+    ("lower", ""),
+    ("upper", ""),
+    ("capitalize", ""),
+    ("title", ""),
+    ("swapcase", ""),
+    ("strip", "chars"),
+    ("lstrip", "chars"),
+    ("rstrip", "chars"),
+    ("replace", "old new count"),
+    ("join", "iterable"),
+    ("find", "sub"),
+    ("rfind", "sub"),
+    ("index", "sub"),
+    ("count", "sub"),
+    ("isdigit", ""),
+    ("isdecimal", ""),
+    ("isnumeric", ""),
+    ("isalpha", ""),
+    ("isalnum", ""),
+    ("isspace", ""),
+    ("isupper", ""),
+    ("islower", ""),
+    ("zfill", "width"),
+    ("ljust", "width fillchar"),
+    ("rjust", "width fillchar"),
+    ("center", "width fillchar"),
+    ("removeprefix", "prefix"),
+    ("removesuffix", "suffix"),
+    ("partition", "sep"),
+    ("rpartition", "sep"),
+];
+
+/// `text.format(...)`
+pub fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
+    let Value::Str(text) = value else { return fail("only strings have format") };
+    crate::format::braces(run, text, &arguments)
+}
+
+fn string(value: Option<Value>) -> Result<Text> {
+    match needed(value)? {
+        Value::Str(text) => Ok(text),
+        other => Err(wrong("a string is wanted here", other)),
+    }
+}
+
+fn optional(value: Option<Value>) -> Result<Option<Text>> {
+    match value {
+        None | Some(Value::None) => Ok(None),
+        some => string(some).map(Some),
+    }
+}
+
+/// Result of a method of a string.
+pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: Bound) -> Result<Value> {
+    let [first, second, third, _] = bound;
+    match name {
+        "split" => run.split(text, optional(first)?, whole(second.unwrap_or(Value::Int(-1)))?),
+        "rsplit" => split_from_end(run, text, optional(first)?, whole(second.unwrap_or(Value::Int(-1)))?),
+        "splitlines" => run.split_lines(text),
+        "startswith" | "endswith" => has_end(run, text, needed(first)?, name == "startswith").map(Value::Bool),
+        "lower" => run.lower(text),
+        "upper" => run.upper(text),
+        "capitalize" => run.capitalize(text),
+        "title" | "swapcase" => run.change(text, |_, before, char| {
+            let is_letter = chars::upper(before) != chars::lower(before);
+            let to_upper = if name == "title" { !is_letter } else { char == chars::lower(char) };
+            if to_upper { chars::upper(char) } else { chars::lower(char) }
+        }),
+        "strip" | "lstrip" | "rstrip" => {
+            Ok(Value::Str(run.strip(text, optional(first)?, (name != "rstrip", name != "lstrip"))))
+        }
+        "replace" => {
+            run.replace(text, string(first)?, string(second)?, whole(third.unwrap_or(Value::Int(-1)))?)
+        }
+        "join" => run.join(needed(first)?, text, true),
+        "zfill" => fill_zeros(run, text, whole(needed(first)?)?),
+        "ljust" | "rjust" | "center" => justify(run, text, name, first, second),
+        "removeprefix" => {
+            let part = string(first)?;
+            let has = run.memory.text(text).starts_with(run.memory.text(part));
+            Ok(Value::Str(if has { text.part(usize::from(part.len), usize::MAX) } else { text }))
+        }
+        "removesuffix" => {
+            let part = string(first)?;
+            let has = run.memory.text(text).ends_with(run.memory.text(part));
+            Ok(Value::Str(if has { text.part(0, usize::from(text.len - part.len)) } else { text }))
+        }
+        "partition" | "rpartition" => partition(run, text, string(first)?, name == "rpartition"),
+        "find" | "rfind" | "index" | "count" => search(run, text, name, string(first)?),
+        _ => Ok(Value::Bool(is_kind(run.memory.text(text), name))),
+    }
+}
+
+fn is_kind(text: &str, name: &str) -> bool {
+    let holds = |char: char| match name {
+        "isdigit" | "isdecimal" | "isnumeric" => char.is_ascii_digit(),
+        "isalpha" => char.is_ascii_alphabetic() || !char.is_ascii() && char.is_alphabetic(),
+        "isalnum" => char.is_ascii_alphanumeric() || !char.is_ascii() && char.is_alphabetic(),
+        _ => chars::is_blank(char),
+    };
+    match name {
+        "isupper" | "islower" => crate::filters::has_case(text, name == "isupper"),
+        _ => !text.is_empty() && text.chars().all(holds),
+    }
+}
+
+fn search(run: &mut Run<'_, '_>, text: Text, name: &str, part: Text) -> Result<Value> {
+    let (string, part) = (run.memory.text(text), run.memory.text(part));
+    let found = match name {
+        "count" if part.is_empty() => return Ok(Value::Int(string.chars().count() as i64 + 1)),
+        "count" => return Ok(Value::Int(string.matches(part).count() as i64)),
+        "rfind" => string.rfind(part),
+        _ => string.find(part),
+    };
+    match found {
+        Some(at) => Ok(Value::Int(string.get(..at).unwrap_or_default().chars().count() as i64)),
+        None if name == "index" => fail("the text is not in the string: ask with in before"),
+        None => Ok(Value::Int(-1)),
+    }
+}
+
+fn has_end(run: &mut Run<'_, '_>, text: Text, end: Value, is_start: bool) -> Result<bool> {
+    let is = |run: &Run<'_, '_>, end: Text| {
+        let (string, end) = (run.memory.text(text), run.memory.text(end));
+        if is_start { string.starts_with(end) } else { string.ends_with(end) }
+    };
+    match end {
+        Value::Str(end) => Ok(is(run, end)),
+        Value::Seq(Seq::Tuple, _) => {
+            for index in 0..run.iterate(end)? {
+                let element = run.element(end, index)?;
+                if is(run, string(Some(element))?) {
+                    return Ok(true);
+                }
+            }
+            Ok(false)
+        }
+        other => Err(wrong("a string is wanted here", other)),
+    }
+}
+
+fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, most: i64) -> Result<Value> {
+    if most < 0 {
+        return run.split(text, separator, most);
+    }
+    let Some(separator) = separator else { return fail("rsplit with a count wants the text between the parts") };
+    let all = run.split(text, Some(separator), -1)?;
+    let extra = run.length(all).unwrap_or(0) as i64 - 1 - most;
+    if extra <= 0 {
+        return Ok(all);
+    }
+    let mut end = 0;
+    for index in 0..=extra {
+        if let Value::Str(part) = run.element(all, index as usize)? {
+            end = usize::from(part.at) + usize::from(part.len) - usize::from(text.at);
+        }
+    }
+    let list = run.seq(Seq::List, &[Value::Str(text.part(0, end))])?;
+    let Value::Seq(_, head) = list else { return Ok(list) };
+    for index in extra + 1..=extra + most {
+        let part = run.element(all, index as usize)?;
+        run.append(head, part)?;
+    }
+    Ok(list)
+}
+
+fn fill_zeros(run: &mut Run<'_, '_>, text: Text, width: i64) -> Result<Value> {
+    let string = run.memory.text(text);
+    let has_sign = string.starts_with(['-', '+']);
+    let missing = usize::try_from(width).unwrap_or(0).saturating_sub(string.chars().count());
+    let sign = usize::from(has_sign);
+    let from = run.memory.top;
+    run.memory.push_text(text.part(0, sign))?;
+    (0..missing).try_for_each(|_| run.memory.push_byte(b'0'))?;
+    run.memory.push_text(text.part(sign, usize::MAX))?;
+    Ok(Value::Str(run.memory.text_since(from)))
+}
+
+fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, fill: Option<Value>) -> Result<Value> {
+    let width = whole(needed(width)?)?;
+    let mut fill_char = ' ';
+    if let Some(fill) = optional(fill)? {
+        let mut chars = run.memory.text(fill).chars();
+        let (Some(char), None) = (chars.next(), chars.next()) else {
+            return fail("what fills has to be one character");
+        };
+        fill_char = char;
+    }
+    let length = run.memory.text(text).chars().count();
+    let missing = usize::try_from(width).unwrap_or(0).saturating_sub(length);
+    match name {
+        "ljust" => run.pad(text, (0, missing), fill_char),
+        "rjust" => run.pad(text, (missing, 0), fill_char),
+        _ => center(run, text, width, fill_char),
+    }
+}
+
+fn partition(run: &mut Run<'_, '_>, text: Text, separator: Text, from_end: bool) -> Result<Value> {
+    let (string, part) = (run.memory.text(text), run.memory.text(separator));
+    if part.is_empty() {
+        return fail("a string cannot be split by an empty one");
+    }
+    let found = if from_end { string.rfind(part) } else { string.find(part) };
+    let empty = Text { at: text.at, len: 0 };
+    let parts = match found {
+        Some(at) => [text.part(0, at), separator, text.part(at + usize::from(separator.len), usize::MAX)],
+        None if from_end => [empty, empty, text],
+        None => [text, empty, empty],
+    };
+    run.seq(Seq::Tuple, &parts.map(Value::Str))
+}

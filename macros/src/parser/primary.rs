@@ -1,0 +1,180 @@
+//! Names, literals, and what stands behind a value in brackets or after a point.
+
+use super::Parser;
+use super::expressions::Form;
+use crate::code::Op;
+use crate::fault::Result;
+use crate::lexer::Token;
+use crate::memory::Text;
+
+impl Parser<'_, '_, '_> {
+    /// A name, a literal, or an expression in parentheses.
+    pub fn primary(&mut self) -> Result<()> {
+        match self.token {
+            Token::Name(name) => {
+                self.advance()?;
+                match self.memory.bytes(name) {
+                    b"true" | b"True" => self.emit(Op::True),
+                    b"false" | b"False" => self.emit(Op::False),
+                    b"none" | b"None" => self.emit(Op::None),
+                    _ => self.emit_word(Op::Load, name.at),
+                }
+            }
+            Token::Str(text) => self.strings(text),
+            Token::Int(value) => {
+                self.advance()?;
+                self.integer(value)
+            }
+            Token::Float(value) => {
+                self.advance()?;
+                self.emit(Op::Float)?;
+                self.memory.push_bytes(&value.to_le_bytes())
+            }
+            Token::Sign(b'(') => {
+                self.advance()?;
+                self.tuple(Form { in_parentheses: true, is_bare: false })?;
+                self.expect(Token::Sign(b')'), "a ) is missing before this")
+            }
+            Token::Sign(b'[') => self.list(),
+            Token::Sign(b'{') => self.dict(),
+            _ => Err(self.unexpected("a value is missing before this")),
+        }
+    }
+
+    fn integer(&mut self, value: i64) -> Result<()> {
+        if let Ok(small) = u16::try_from(value) {
+            return self.emit_word(Op::Small, small);
+        }
+        self.emit(Op::Int)?;
+        self.memory.push_bytes(&value.to_le_bytes())
+    }
+
+    /// Strings that follow each other are one.
+    fn strings(&mut self, first: Text) -> Result<()> {
+        self.advance()?;
+        self.emit_word(Op::Str, first.at)?;
+        while let Token::Str(text) = self.token {
+            self.advance()?;
+            self.emit_word(Op::Str, text.at)?;
+            self.emit(Op::Join)?;
+        }
+        Ok(())
+    }
+
+    fn list(&mut self) -> Result<()> {
+        self.advance()?;
+        let mut count = 0;
+        while self.token != Token::Sign(b']') {
+            if count > 0 {
+                self.expect(Token::Sign(b','), "a , or ] is missing before this")?;
+            }
+            if self.token == Token::Sign(b']') {
+                break;
+            }
+            self.expression()?;
+            count += 1;
+        }
+        self.advance()?;
+        self.emit_word(Op::List, count)
+    }
+
+    fn dict(&mut self) -> Result<()> {
+        self.advance()?;
+        let mut count = 0;
+        while self.token != Token::Sign(b'}') {
+            if count > 0 {
+                self.expect(Token::Sign(b','), "a , or } is missing before this")?;
+            }
+            if self.token == Token::Sign(b'}') {
+                break;
+            }
+            self.expression()?;
+            self.expect(Token::Sign(b':'), "a : is missing behind the key")?;
+            self.expression()?;
+            count += 1;
+        }
+        self.advance()?;
+        self.emit_word(Op::Dict, count)
+    }
+
+    /// Attributes, subscripts and calls behind a value.
+    pub fn postfix(&mut self) -> Result<()> {
+        loop {
+            match self.token {
+                Token::Sign(b'.') => self.attribute()?,
+                Token::Sign(b'[') => self.subscript()?,
+                Token::Sign(b'(') => self.call()?,
+                _ => return Ok(()),
+            }
+        }
+    }
+
+    fn attribute(&mut self) -> Result<()> {
+        self.advance()?;
+        match self.token {
+            Token::Name(name) => {
+                self.advance()?;
+                if self.token != Token::Sign(b'(') {
+                    return self.emit_word(Op::Attribute, name.at);
+                }
+                let count = self.arguments()?;
+                self.emit_word(Op::Method, name.at)?;
+                self.memory.push_byte(count)
+            }
+            Token::Int(number) => {
+                self.advance()?;
+                self.integer(number)?;
+                self.emit(Op::Item)
+            }
+            _ => Err(self.unexpected("a name or a number is missing behind the point")),
+        }
+    }
+
+    fn subscript(&mut self) -> Result<()> {
+        self.advance()?;
+        let mut count = 0;
+        let mut is_slice = false;
+        while self.token != Token::Sign(b']') {
+            if count > 0 {
+                self.expect(Token::Sign(b','), "a ] is missing before this")?;
+            }
+            is_slice |= self.index()?;
+            count += 1;
+        }
+        self.advance()?;
+        if count == 1 {
+            return self.emit(if is_slice { Op::Slice } else { Op::Item });
+        }
+        if is_slice {
+            return crate::fault::fail("a slice has to stand alone in its brackets");
+        }
+        self.emit_word(Op::Tuple, count)?;
+        self.emit(Op::Item)
+    }
+
+    /// An index, or the three parts of a slice; returns whether it was one.
+    fn index(&mut self) -> Result<bool> {
+        let colon = Token::Sign(b':');
+        if self.token == colon {
+            self.emit(Op::None)?;
+        } else {
+            self.expression()?;
+            if self.token != colon {
+                return Ok(false);
+            }
+        }
+        self.advance()?;
+        self.bound()?;
+        if self.token == colon {
+            self.advance()?;
+            self.bound()?;
+        } else {
+            self.emit(Op::None)?;
+        }
+        Ok(true)
+    }
+
+    fn bound(&mut self) -> Result<()> {
+        if matches!(self.token, Token::Sign(b':' | b']' | b',')) { self.emit(Op::None) } else { self.expression() }
+    }
+}

@@ -1,0 +1,77 @@
+//! Operators and subscripts.
+
+use core::cmp::Ordering;
+
+use super::Machine;
+use crate::code::Op;
+use crate::fault::Result;
+use crate::run::order::{Number, contains, equal, number, order};
+use crate::run::{DEEPEST, Run, numbers, wrong};
+use crate::value::Value;
+
+/// Whether a comparison holds.
+pub fn compare(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<bool> {
+    Ok(match op {
+        Op::Equal => equal(run, a, b, DEEPEST)?,
+        Op::Unequal => !equal(run, a, b, DEEPEST)?,
+        Op::In => contains(run, a, b)?,
+        Op::NotIn => !contains(run, a, b)?,
+        _ => {
+            let order = order(run, a, b, DEEPEST)?;
+            match op {
+                Op::Less => order == Some(Ordering::Less),
+                Op::AtMost => matches!(order, Some(Ordering::Less | Ordering::Equal)),
+                Op::Greater => order == Some(Ordering::Greater),
+                _ => matches!(order, Some(Ordering::Greater | Ordering::Equal)),
+            }
+        }
+    })
+}
+
+impl Machine<'_, '_> {
+    /// Carries out an instruction that makes one value of the last ones.
+    pub fn compute(&mut self, op: Op) -> Result<()> {
+        let name = if op == Op::Attribute { Some(self.string()) } else { None };
+        let last = self.run.memory.pop();
+        let run = &mut self.run;
+        let result = match (op, name) {
+            (_, Some(name)) => run.attribute(last, name)?,
+            (Op::Not, _) => Value::Bool(!run.truth(last)),
+            (Op::Negative | Op::Positive, _) => sign(last, op == Op::Negative)?,
+            (Op::Slice, _) => {
+                let (to, from) = (run.memory.pop(), run.memory.pop());
+                let value = run.memory.pop();
+                run.slice(value, [from, to, last])?
+            }
+            _ => {
+                let first = run.memory.pop();
+                self.two(op, first, last)?
+            }
+        };
+        self.run.memory.push(result)
+    }
+
+    fn two(&mut self, op: Op, a: Value, b: Value) -> Result<Value> {
+        let run = &mut self.run;
+        match op {
+            Op::Item => run.item(a, b),
+            Op::Join => {
+                let a = run.to_str(a)?;
+                let b = run.to_str(b)?;
+                run.join_two(a, b)
+            }
+            Op::Add | Op::Subtract | Op::Multiply | Op::Divide | Op::FloorDivide | Op::Modulo | Op::Power => {
+                numbers::calculate(run, op, a, b)
+            }
+            _ => compare(run, op, a, b).map(Value::Bool),
+        }
+    }
+}
+
+fn sign(value: Value, is_negative: bool) -> Result<Value> {
+    match number(value) {
+        Some(Number::Int(int)) => Ok(Value::Int(if is_negative { int.wrapping_neg() } else { int })),
+        Some(Number::Float(float)) => Ok(Value::Float(if is_negative { -float } else { float })),
+        None => Err(wrong("no number: make one with |int or |float before its sign is changed", value)),
+    }
+}

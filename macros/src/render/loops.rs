@@ -1,0 +1,188 @@
+//! Variables that are set, texts that are caught, and loops.
+
+use super::Machine;
+use crate::code::Op;
+use crate::fault::{Fault, Result, fail};
+use crate::memory::{Text, Use};
+use crate::run::containers::LOOP_PLACES;
+use crate::run::wrong;
+use crate::value::{Map, Value};
+
+impl Machine<'_, '_> {
+    /// Instructions that take values away.
+    pub fn store(&mut self, op: Op) -> Result<()> {
+        match op {
+            Op::Drop => drop(self.run.memory.pop()),
+            Op::Unpack => return self.unpack(),
+            Op::Store => {
+                let name = self.word();
+                let value = self.run.memory.pop();
+                return self.set(name, value);
+            }
+            _ => {
+                let (name, member) = (self.string(), self.string());
+                let value = self.run.memory.pop();
+                let Value::Map(Map::Namespace, head) = self.variable(name)? else {
+                    return Err(Fault::about("only members of a namespace can be set: make one with namespace()", name));
+                };
+                self.run.put_kept(head, Value::Str(member), value)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets a variable of the innermost loop or block.
+    fn set(&mut self, name: u16, value: Value) -> Result<()> {
+        let value = self.keep(value);
+        let memory = &mut self.run.memory;
+        let known = (self.frame..memory.depth()).find(|index| memory.name_at(*index, Use::Variable) == Some(name));
+        match known {
+            Some(index) => memory.set_at(index, value),
+            None => memory.push_named(Use::Variable, name, value)?,
+        }
+        Ok(())
+    }
+
+    /// Keeps a value when the statement is over: of a string no more than itself.
+    fn keep(&mut self, value: Value) -> Value {
+        let memory = &mut self.run.memory;
+        if !value.lies_behind(memory.keep, memory.pool) {
+            return value;
+        }
+        if let Value::Str(text) = value {
+            let moved = memory.move_down(text, memory.keep);
+            memory.keep += usize::from(moved.len);
+            memory.top = memory.keep;
+            return Value::Str(moved);
+        }
+        memory.keep = memory.top;
+        value
+    }
+
+    /// Puts the parts of a value on the stack, the first one last.
+    fn unpack(&mut self) -> Result<()> {
+        let count = usize::from(self.word());
+        let value = self.run.memory.pop();
+        let length = self.run.iterate(value)?;
+        if length != count {
+            return fail("the value has another number of parts than there are names");
+        }
+        for index in (0..count).rev() {
+            let part = self.run.element(value, index)?;
+            self.run.memory.push(part)?;
+        }
+        // Storing the first of them may not take the place of the others.
+        self.run.memory.keep = self.run.memory.top;
+        self.run.use_up(value);
+        Ok(())
+    }
+
+    /// Blocks with variables of their own.
+    pub fn frames(&mut self, op: Op) -> Result<()> {
+        match op {
+            Op::FrameBegin | Op::CaptureBegin => {
+                self.run.memory.push(Value::Int(self.frame as i64))?;
+                self.run.memory.push(Value::Int(self.written as i64))?;
+                self.frame = self.run.memory.depth();
+            }
+            _ => {
+                self.run.memory.cut(self.frame);
+                let from = whole(self.run.memory.pop());
+                self.frame = whole(self.run.memory.pop());
+                if op == Op::CaptureEnd {
+                    let text = self.catch(from)?;
+                    self.run.memory.push(Value::Str(text))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes back what was written since a place.
+    fn catch(&mut self, from: usize) -> Result<Text> {
+        self.run.memory.top = self.run.memory.keep;
+        let start = self.run.memory.top;
+        self.run.memory.push_bytes(self.output.get(from..self.written).unwrap_or_default())?;
+        self.written = from;
+        Ok(self.run.memory.text_since(start))
+    }
+
+    /// Instructions of loops.
+    pub fn turn(&mut self, op: Op) -> Result<()> {
+        match op {
+            Op::ForBegin => self.begin(),
+            Op::ForNext => self.next_turn(),
+            Op::ForCount => {
+                let name = self.word();
+                let at = self.frame - LOOP_PLACES;
+                let turns = whole_at(self, at + 1) + 1;
+                self.run.memory.set_at(at + 1, Value::Int(turns));
+                self.run.memory.push_named(Use::Variable, name, Value::Loop(at as u16))
+            }
+            Op::ForAgain => {
+                self.run.memory.cut(self.frame);
+                let kept = whole_at(self, self.frame - 1) as u16 as usize;
+                let memory = &mut self.run.memory;
+                memory.keep = kept.max(memory.floor);
+                memory.top = memory.keep;
+                self.leap(true);
+                Ok(())
+            }
+            _ => {
+                let at = self.frame - LOOP_PLACES;
+                let turns = whole_at(self, at + 1);
+                self.frame = (whole_at(self, at + 3) >> 16) as usize;
+                let value = self.run.memory.at(at);
+                self.run.use_up(value);
+                self.run.memory.cut(at);
+                self.leap(turns >= 0);
+                Ok(())
+            }
+        }
+    }
+
+    fn leap(&mut self, is_taken: bool) {
+        let distance = self.word();
+        if is_taken {
+            self.next = usize::from((self.next as u16).wrapping_add(distance));
+        }
+    }
+
+    /// Begins a loop: what it goes through, number of the turn, number of the next element, and what to go back
+    /// to at its end.
+    fn begin(&mut self) -> Result<()> {
+        let value = self.run.memory.pop();
+        if matches!(value, Value::Loop(_)) || !self.run.is_iterable(value) {
+            return Err(wrong(crate::run::lookup::NOT_ITERABLE, value));
+        }
+        let value = self.keep(value);
+        let back = (self.frame as i64) << 16 | self.run.memory.keep as i64;
+        for value in [value, Value::Int(-1), Value::Int(0), Value::Int(back)] {
+            self.run.memory.push(value)?;
+        }
+        self.frame = self.run.memory.depth();
+        Ok(())
+    }
+
+    fn next_turn(&mut self) -> Result<()> {
+        let at = self.frame - LOOP_PLACES;
+        let value = self.run.memory.at(at);
+        let next = whole_at(self, at + 2) as usize;
+        if next >= self.run.length(value).unwrap_or(0) {
+            self.leap(true);
+            return Ok(());
+        }
+        self.leap(false);
+        self.run.memory.set_at(at + 2, Value::Int(next as i64 + 1));
+        let element = self.run.element(value, next)?;
+        self.run.memory.push(element)
+    }
+}
+
+fn whole(value: Value) -> usize {
+    if let Value::Int(value) = value { value as usize } else { 0 }
+}
+
+fn whole_at(machine: &Machine<'_, '_>, index: usize) -> i64 {
+    if let Value::Int(value) = machine.run.memory.at(index) { value } else { 0 }
+}

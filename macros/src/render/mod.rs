@@ -1,0 +1,311 @@
+//! Programs and what carries them out.
+
+mod compute;
+mod loops;
+
+use crate::arguments::Arguments;
+use crate::code::Op;
+use crate::environment::Environment;
+use crate::fault::{Error, Fault, Result, fail};
+use crate::lexer::Lexer;
+use crate::memory::{Memory, Text, Use};
+use crate::names;
+use crate::parser::Parser;
+use crate::run::{DEEPEST, Run, undefined, wrong};
+use crate::value::{Map, SIZE, Seq, Value};
+
+/// Most instructions of a rendering: some seconds on the board.
+const MOST_INSTRUCTIONS: u32 = 2_000_000;
+
+/// A template that was read: where its code and strings are in the caller's memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Program {
+    code: u16,
+    strings: u16,
+    length: u16,
+}
+
+/// Reads a template into memory.
+///
+/// # Errors
+///
+/// The template has a mistake, uses a tag that is not known, or is too long for the memory.
+pub fn compile(
+    source: &mut dyn Iterator<Item = u8>,
+    memory: &mut [u8],
+) -> core::result::Result<Program, Error> {
+    let length = memory.len();
+    let mut memory = Memory::new(memory);
+    let mut parser = Parser::new(&mut memory, Lexer::new(source));
+    let result = parser.template();
+    let place = parser.place;
+    match result {
+        Ok(()) => {
+            let (code, strings) = (memory.top as u16, memory.pool as u16);
+            Ok(Program { code, strings, length: length.min(usize::from(u16::MAX)) as u16 })
+        }
+        Err(fault) => Err(Error::new(fault, place, &memory)),
+    }
+}
+
+impl Program {
+    /// Bytes of memory that the program takes.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        usize::from(self.code) + usize::from(self.length - self.strings)
+    }
+
+    /// Writes the text of the template into `output` and returns its length. The memory is the one that
+    /// [`compile`] has filled; it stays usable for further renderings.
+    ///
+    /// # Errors
+    ///
+    /// A value is missing or of the wrong type, the macro raises an error, or memory or output are too small.
+    pub fn render(
+        &self,
+        memory: &mut [u8],
+        output: &mut [u8],
+        machine: &mut dyn Environment,
+    ) -> core::result::Result<usize, Error> {
+        let mut memory = Memory::new(memory);
+        memory.top = usize::from(self.code);
+        memory.low = usize::from(self.strings);
+        (memory.keep, memory.floor, memory.pool) = (memory.top, memory.top, memory.low);
+        memory.is_sealed = true;
+        let run = Run { memory, machine, given: 0 };
+        let mut machine = Machine { run, output, written: 0, next: 0, frame: 0, place: (1, 1) };
+        match machine.carry_out() {
+            Ok(()) => Ok(machine.written),
+            Err(fault) => Err(Error::new(fault, machine.place, &machine.run.memory)),
+        }
+    }
+}
+
+/// A rendering that goes on.
+struct Machine<'r, 'a> {
+    run: Run<'r, 'a>,
+    output: &'r mut [u8],
+    /// Bytes of the output that are written.
+    written: usize,
+    /// Place of the next byte of code.
+    next: usize,
+    /// First place on the stack of the innermost loop or block, whose variables are above it.
+    frame: usize,
+    /// Line and column of the tag that is carried out.
+    place: (u16, u16),
+}
+
+impl Machine<'_, '_> {
+    fn carry_out(&mut self) -> Result<()> {
+        for _ in 0..MOST_INSTRUCTIONS {
+            let op = Op::from_byte(self.byte());
+            match op {
+                Op::End => return Ok(()),
+                Op::At => {
+                    self.place = (self.word(), self.word());
+                    self.run.memory.top = self.run.memory.keep;
+                }
+                Op::Text => {
+                    let text = self.string();
+                    self.write(text)?;
+                }
+                Op::Emit => {
+                    let value = self.run.memory.pop();
+                    let text = self.run.to_str(value)?;
+                    self.write(text)?;
+                }
+                Op::None | Op::True | Op::False | Op::Missing | Op::Small | Op::Int | Op::Float | Op::Str => {
+                    let value = self.constant(op);
+                    self.run.memory.push(value)?;
+                }
+                Op::Load => self.load()?,
+                Op::List | Op::Tuple | Op::Dict => self.container(op)?,
+                Op::Jump | Op::Unless | Op::And | Op::Or | Op::Chain => self.jump(op)?,
+                Op::Keyword => {
+                    let name = self.word();
+                    self.run.memory.name_last(Use::Keyword, name);
+                }
+                Op::Filter | Op::Test | Op::Unknown | Op::Call | Op::Method => self.call(op)?,
+                Op::Store | Op::StoreMember | Op::Unpack | Op::Drop => self.store(op)?,
+                Op::CaptureBegin | Op::CaptureEnd | Op::FrameBegin | Op::FrameEnd => self.frames(op)?,
+                Op::ForBegin | Op::ForNext | Op::ForCount | Op::ForAgain | Op::ForEnd => self.turn(op)?,
+                _ => self.compute(op)?,
+            }
+        }
+        fail("the macro takes too long: make its loops shorter")
+    }
+
+    fn byte(&mut self) -> u8 {
+        self.next += 1;
+        self.run.memory.byte(self.next - 1)
+    }
+
+    fn word(&mut self) -> u16 {
+        self.next += 2;
+        self.run.memory.word(self.next - 2)
+    }
+
+    fn eight(&mut self) -> [u8; 8] {
+        [0; 8].map(|_| self.byte())
+    }
+
+    fn string(&mut self) -> Text {
+        let at = self.word();
+        if at == 0 { Text::default() } else { self.run.memory.interned(at) }
+    }
+
+    fn write(&mut self, text: Text) -> Result<()> {
+        let bytes = self.run.memory.bytes(text);
+        let Some(place) = self.output.get_mut(self.written..self.written + bytes.len()) else {
+            let about = crate::fault::About::Number(self.output.len());
+            return Err(Fault { words: "bytes of lines are the most that a macro may have: make it shorter", about });
+        };
+        place.copy_from_slice(bytes);
+        self.written += bytes.len();
+        Ok(())
+    }
+
+    fn constant(&mut self, op: Op) -> Value {
+        match op {
+            Op::True => Value::Bool(true),
+            Op::False => Value::Bool(false),
+            Op::Missing => Value::Undefined(self.string()),
+            Op::Small => Value::Int(i64::from(self.word())),
+            Op::Int => Value::Int(i64::from_le_bytes(self.eight())),
+            Op::Float => Value::Float(f64::from_le_bytes(self.eight())),
+            Op::Str => Value::Str(self.string()),
+            _ => Value::None,
+        }
+    }
+
+    /// The value of a variable: of the template, of the machine, or a function.
+    fn load(&mut self) -> Result<()> {
+        let name = self.string();
+        let value = self.variable(name)?;
+        self.run.memory.push(value)
+    }
+
+    fn variable(&mut self, name: Text) -> Result<Value> {
+        let memory = &self.run.memory;
+        let found = (0..memory.depth()).rev().find(|index| memory.name_at(*index, Use::Variable) == Some(name.at));
+        if let Some(index) = found {
+            return Ok(memory.at(index));
+        }
+        let function = names::function(memory.text(name));
+        if let Some(number) = function
+            && memory.text(name).starts_with("action_")
+        {
+            return Ok(Value::Function(number));
+        }
+        if let Some(value) = self.given(name)? {
+            return Ok(value);
+        }
+        Ok(function.map_or(Value::Undefined(name), Value::Function))
+    }
+
+    /// A variable of the machine's. Lists and dicts are made once, so that what a template changes in them
+    /// stays changed.
+    fn given(&mut self, name: Text) -> Result<Option<Value>> {
+        const ENTRY: usize = 4;
+        let mut entry = self.run.given;
+        while entry != 0 {
+            let at = usize::from(entry);
+            if self.run.memory.word(at + 2) == name.at {
+                return Ok(Some(self.run.memory.value(at + ENTRY)));
+            }
+            entry = self.run.memory.word(at);
+        }
+        let given = self.run.machine.variable(self.run.memory.text(name));
+        let Some(given) = given else { return Ok(None) };
+        let value = Run::take(&mut self.run.memory, given)?;
+        let value = self.run.settle(value, DEEPEST)?;
+        if matches!(value, Value::Seq(..) | Value::Map(..)) {
+            let at = self.run.memory.reserve(ENTRY + SIZE)?;
+            self.run.memory.set_word(at, self.run.given);
+            self.run.memory.set_word(at + 2, name.at);
+            self.run.memory.set_value(at + ENTRY, value);
+            self.run.given = at as u16;
+            self.run.keep();
+        }
+        Ok(Some(value))
+    }
+
+    /// A list, tuple or dict of the last values.
+    fn container(&mut self, op: Op) -> Result<()> {
+        let count = usize::from(self.word());
+        let places = if op == Op::Dict { 2 * count } else { count };
+        let first = self.run.memory.depth().saturating_sub(places);
+        let value = if op == Op::Dict {
+            let map = self.run.map(Map::Dict, count)?;
+            let Value::Map(_, head) = map else { return Ok(()) };
+            for index in 0..count {
+                let [key, value] = [0, 1].map(|offset| self.run.memory.at(first + 2 * index + offset));
+                self.run.put(head, key, value)?;
+            }
+            map
+        } else {
+            let head = self.run.memory.new_block(count, SIZE)?;
+            for index in 0..count {
+                let value = self.run.memory.at(first + index);
+                self.run.append(head, value)?;
+            }
+            Value::Seq(if op == Op::List { Seq::List } else { Seq::Tuple }, head)
+        };
+        self.run.memory.cut(first);
+        self.run.memory.push(value)
+    }
+
+    fn jump(&mut self, op: Op) -> Result<()> {
+        let is_taken = match op {
+            Op::Jump => true,
+            Op::Chain => {
+                let comparison = Op::from_byte(self.byte());
+                let (b, a) = (self.run.memory.pop(), self.run.memory.pop());
+                let holds = compute::compare(&mut self.run, comparison, a, b)?;
+                self.run.memory.push(if holds { b } else { Value::Bool(false) })?;
+                !holds
+            }
+            _ => {
+                let last = self.run.memory.pop();
+                let is_true = self.run.truth(last);
+                let is_taken = is_true == (op == Op::Or);
+                if is_taken && op != Op::Unless {
+                    self.run.memory.push(last)?;
+                }
+                is_taken
+            }
+        };
+        let distance = self.word();
+        if is_taken {
+            self.next = usize::from((self.next as u16).wrapping_add(distance));
+        }
+        Ok(())
+    }
+
+    fn call(&mut self, op: Op) -> Result<()> {
+        if op == Op::Unknown {
+            let name = self.string();
+            return Err(Fault::about("there is no filter or test of this name", name));
+        }
+        let (word, count) = match op {
+            Op::Method => (self.word(), self.byte()),
+            Op::Call => (0, self.byte()),
+            _ => (u16::from(self.byte()), self.byte()),
+        };
+        let count = usize::from(count);
+        let first = self.run.memory.depth().saturating_sub(count);
+        let subject = self.run.memory.at(first.saturating_sub(1));
+        let arguments = Arguments { first, count };
+        let run = &mut self.run;
+        let result = match (op, subject) {
+            (Op::Filter, _) => crate::filters::apply(run, word as u8, subject, arguments)?,
+            (Op::Test, _) => Value::Bool(crate::filters::check(run, word as u8, subject, arguments)?),
+            (Op::Method, _) => crate::methods::call(run, subject, run.memory.interned(word), arguments)?,
+            (_, Value::Function(number)) => crate::functions::call(run, number, arguments)?,
+            (_, Value::Undefined(name)) => return Err(undefined(name)),
+            _ => return Err(wrong("this cannot be called", subject)),
+        };
+        self.run.memory.cut(first.saturating_sub(1));
+        self.run.memory.push(result)
+    }
+}

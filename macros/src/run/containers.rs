@@ -1,0 +1,190 @@
+//! Lists and dicts that grow, loops as values, and what the machine has made into them.
+
+use super::{DEEPEST, Run, TOO_DEEP, order, wrong};
+use crate::environment::Kind;
+use crate::fault::{Result, fail};
+use crate::memory::Text;
+use crate::value::{Map, SIZE, Seq, Value};
+
+/// Places on the stack that a loop has: what it goes through, where it is, and the loop around it.
+pub const LOOP_PLACES: usize = 4;
+
+impl Run<'_, '_> {
+    /// Place of the entry with a key.
+    pub fn find(&mut self, head: u16, key: Value) -> Result<Option<usize>> {
+        let block = self.memory.block(head);
+        for index in 0..block.len {
+            let at = block.data + index * 2 * SIZE;
+            let known = self.memory.value(at);
+            if order::equal(self, known, key, DEEPEST)? {
+                return Ok(Some(at));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Writes an entry of a dict.
+    pub fn put(&mut self, head: u16, key: Value, value: Value) -> Result<()> {
+        if !order::is_hashable(self, key) {
+            return Err(wrong("this cannot be the key of a dict", key));
+        }
+        let at = match self.find(head, key)? {
+            Some(at) => at,
+            None => {
+                let at = self.memory.grow(head, 2 * SIZE)?;
+                self.memory.set_value(at, key);
+                at
+            }
+        };
+        self.memory.set_value(at + SIZE, value);
+        Ok(())
+    }
+
+    /// Writes an entry of a dict that stays when the statement is over.
+    pub fn put_kept(&mut self, head: u16, key: Value, value: Value) -> Result<()> {
+        let before = self.memory.block(head);
+        self.put(head, key, value)?;
+        let (keep, pool) = (self.memory.keep, self.memory.pool);
+        let is_new = before != self.memory.block(head);
+        if is_new || key.lies_behind(keep, pool) || value.lies_behind(keep, pool) {
+            self.keep();
+        }
+        Ok(())
+    }
+
+    /// Copies all entries of a dict into another.
+    pub fn put_all(&mut self, head: u16, from: Value) -> Result<()> {
+        match from {
+            Value::Map(Map::Dict, _) => {}
+            Value::Object(object) if object.kind == Kind::Dict => {}
+            _ => return self.put_pairs(head, from),
+        }
+        for index in 0..self.length(from).unwrap_or(0) {
+            let (key, value) = self.entry(from, index)?;
+            self.put(head, key, value)?;
+        }
+        Ok(())
+    }
+
+    fn put_pairs(&mut self, head: u16, from: Value) -> Result<()> {
+        for index in 0..self.iterate(from)? {
+            let pair = self.element(from, index)?;
+            if self.iterate(pair)? != 2 {
+                return fail("a dict is made of pairs of a key and a value");
+            }
+            let (key, value) = (self.element(pair, 0)?, self.element(pair, 1)?);
+            self.put(head, key, value)?;
+        }
+        Ok(())
+    }
+
+    /// Key and value of a dict by number.
+    pub fn entry(&mut self, map: Value, index: usize) -> Result<(Value, Value)> {
+        match map {
+            Value::Map(_, head) => {
+                let at = self.memory.block(head).data + index * 2 * SIZE;
+                Ok((self.memory.value(at), self.memory.value(at + SIZE)))
+            }
+            Value::Object(object) => {
+                let key = self.part(object, index)?;
+                let Value::Str(name) = key else { return Ok((key, Value::None)) };
+                let value = self.member(object, name)?;
+                Ok((key, value.unwrap_or(Value::None)))
+            }
+            _ => Ok((Value::None, Value::None)),
+        }
+    }
+
+    /// A list of the elements of what can be gone through.
+    pub fn list_of(&mut self, kind: Seq, value: Value) -> Result<Value> {
+        let length = self.iterate(value)?;
+        let head = self.memory.new_block(length.min(usize::from(u16::MAX)), SIZE)?;
+        for index in 0..length {
+            let element = self.element(value, index)?;
+            self.append(head, element)?;
+        }
+        self.use_up(value);
+        Ok(Value::Seq(kind, head))
+    }
+
+    /// Empties what can be gone through only once.
+    pub fn use_up(&mut self, value: Value) {
+        if let Value::Seq(Seq::Once, head) = value {
+            let block = self.memory.block(head);
+            self.memory.set_block(head, crate::memory::Block { len: 0, ..block });
+        }
+    }
+
+    /// A value of the machine's with all its parts in memory.
+    pub fn settle(&mut self, value: Value, depth: u8) -> Result<Value> {
+        let Value::Object(object) = value else { return Ok(value) };
+        if depth == 0 {
+            return fail(TOO_DEEP);
+        }
+        let length = self.machine.length(object);
+        match object.kind {
+            Kind::Lookup => Ok(value),
+            Kind::Dict => {
+                let map = self.map(Map::Dict, length)?;
+                let Value::Map(_, head) = map else { return Ok(map) };
+                for index in 0..length {
+                    let (key, part) = self.entry(value, index)?;
+                    let part = self.settle(part, depth - 1)?;
+                    self.put(head, key, part)?;
+                }
+                Ok(map)
+            }
+            Kind::List | Kind::Tuple => {
+                let head = self.memory.new_block(length, SIZE)?;
+                for index in 0..length {
+                    let part = self.part(object, index)?;
+                    let part = self.settle(part, depth - 1)?;
+                    self.append(head, part)?;
+                }
+                Ok(Value::Seq(if object.kind == Kind::List { Seq::List } else { Seq::Tuple }, head))
+            }
+        }
+    }
+
+    /// Length of what a loop goes through.
+    pub fn loop_length(&mut self, place: u16) -> Option<usize> {
+        let value = self.memory.at(usize::from(place));
+        self.length(value)
+    }
+
+    /// Number of the turn of a loop from 0, and of the element, which differ where elements are passed over.
+    pub fn turn(&self, place: u16) -> (i64, i64) {
+        let number = |offset: usize| match self.memory.at(usize::from(place) + offset) {
+            Value::Int(number) => number,
+            _ => 0,
+        };
+        (number(1), number(2))
+    }
+
+    /// `loop.name`
+    pub fn loop_attribute(&mut self, place: u16, name: Text) -> Result<Value> {
+        let (turn, next) = self.turn(place);
+        let length = self.loop_length(place).unwrap_or(0) as i64;
+        let word = self.memory.text(name);
+        let needs_rest = matches!(word, "last" | "length" | "revindex" | "revindex0" | "nextitem" | "previtem");
+        if needs_rest && turn + 1 != next {
+            return fail("a loop with if does not know its end: make a list with select before it");
+        }
+        let at = usize::from(place);
+        Ok(match word {
+            "index" => Value::Int(turn + 1),
+            "index0" => Value::Int(turn),
+            "first" => Value::Bool(turn == 0),
+            "last" => Value::Bool(next >= length),
+            "length" => Value::Int(length),
+            "revindex" => Value::Int(length - turn),
+            "revindex0" => Value::Int(length - turn - 1),
+            "depth" => Value::Int(1),
+            "depth0" => Value::Int(0),
+            "previtem" if turn > 0 => self.element(self.memory.at(at), (turn - 1) as usize)?,
+            "nextitem" if next < length => self.element(self.memory.at(at), next as usize)?,
+            "cycle" | "changed" => Value::Method,
+            _ => Value::Undefined(name),
+        })
+    }
+}

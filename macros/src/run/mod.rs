@@ -1,0 +1,111 @@
+//! Values in memory, and how they are looked into.
+
+pub mod containers;
+pub mod lookup;
+pub mod numbers;
+pub mod order;
+pub mod print;
+pub mod texts;
+
+use crate::environment::{Environment, Given};
+use crate::fault::{Fault, Result};
+use crate::literal;
+use crate::memory::{Memory, Text};
+use crate::value::{Map, Seq, Value};
+
+/// Deepest values within values.
+pub const DEEPEST: u8 = 8;
+/// Said of values within values beyond that.
+pub const TOO_DEEP: &str = "lists and dicts within each other go down to 8: make them flatter";
+
+/// Memory and machine of a rendering.
+pub struct Run<'r, 'a> {
+    pub memory: Memory<'a>,
+    pub machine: &'r mut dyn Environment,
+    /// First of the variables that the machine has given, in memory.
+    pub given: u16,
+}
+
+impl Run<'_, '_> {
+    /// A value of the machine's as one in memory.
+    pub fn take(memory: &mut Memory<'_>, given: Given<'_>) -> Result<Value> {
+        Ok(match given {
+            Given::None => Value::None,
+            Given::Bool(is) => Value::Bool(is),
+            Given::Int(int) => Value::Int(int),
+            Given::Float(float) => Value::Float(float),
+            Given::Text(text) => Value::Str(memory.copy_in(text)?),
+            Given::Literal(text) => literal::read(memory, &mut text.bytes())?,
+            Given::Object(object) => Value::Object(object),
+        })
+    }
+
+    /// Member of an object of the machine's.
+    pub fn member(&mut self, object: crate::environment::Object, name: Text) -> Result<Option<Value>> {
+        let given = self.machine.member(object, self.memory.text(name));
+        given.map(|given| Self::take(&mut self.memory, given)).transpose()
+    }
+
+    /// Name or element of an object of the machine's.
+    pub fn part(&mut self, object: crate::environment::Object, index: usize) -> Result<Value> {
+        let given = self.machine.element(object, index);
+        given.map_or(Ok(Value::Undefined(Text::default())), |given| Self::take(&mut self.memory, given))
+    }
+
+    /// A text of the program as a value.
+    pub fn str(&mut self, text: &str) -> Result<Value> {
+        self.memory.copy_in(text).map(Value::Str)
+    }
+
+    /// A list or tuple of values.
+    pub fn seq(&mut self, kind: Seq, values: &[Value]) -> Result<Value> {
+        let head = self.memory.new_block(values.len(), crate::value::SIZE)?;
+        values.iter().try_for_each(|value| self.append(head, *value))?;
+        Ok(Value::Seq(kind, head))
+    }
+
+    /// Appends a value to a list, tuple or view.
+    pub fn append(&mut self, head: u16, value: Value) -> Result<()> {
+        let at = self.memory.grow(head, crate::value::SIZE)?;
+        self.memory.set_value(at, value);
+        Ok(())
+    }
+
+    /// An empty dict or namespace.
+    pub fn map(&mut self, kind: Map, room: usize) -> Result<Value> {
+        self.memory.new_block(room, 2 * crate::value::SIZE).map(|head| Value::Map(kind, head))
+    }
+
+    /// Keeps what is in memory: something that stays refers to it.
+    pub fn keep(&mut self) {
+        self.memory.keep = self.memory.top;
+        self.memory.floor = self.memory.top;
+    }
+
+    /// Whether a value counts as true.
+    pub fn truth(&mut self, value: Value) -> bool {
+        match value {
+            Value::Undefined(_) | Value::None => false,
+            Value::Bool(is) => is,
+            Value::Int(int) => int != 0,
+            Value::Float(float) => float != 0.0,
+            Value::Seq(Seq::Once, _) | Value::Map(Map::Namespace, _) => true,
+            Value::Object(object) if object.kind == crate::environment::Kind::Lookup => true,
+            Value::Function(_) | Value::Method => true,
+            _ => self.length(value).is_none_or(|length| length > 0),
+        }
+    }
+}
+
+/// The fault that a value has the wrong type.
+pub fn wrong(words: &'static str, value: Value) -> Fault {
+    if let Value::Undefined(name) = value {
+        return undefined(name);
+    }
+    Fault::of(words, value.kind())
+}
+
+/// The fault that something is used that is not there.
+pub fn undefined(name: Text) -> Fault {
+    Fault::about("this is not there: correct the name, or put |default(...) behind it", name)
+}

@@ -1,0 +1,221 @@
+//! Arithmetic, and numbers from texts, by Python's rules.
+
+use super::order::{Number, number};
+use super::{Run, undefined, wrong};
+use crate::code::Op;
+use crate::environment::Kind;
+use crate::fault::{Result, fail};
+use crate::value::{Seq, Value};
+
+const OVERFLOW: &str = "the result is beyond 64 bits: calculate with a point, as in 1.0";
+const BY_ZERO: &str = "nothing can be divided by zero";
+const NO_ARITHMETIC: &str = "no number: make one with |int or |float before it is calculated with";
+
+/// Result of an operator with two sides.
+pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Value> {
+    if let (Op::Modulo, Value::Str(text)) = (op, a) {
+        return crate::format::percent(run, text, b);
+    }
+    if let (Some(a), Some(b)) = (number(a), number(b)) {
+        return match (a, b) {
+            (Number::Int(a), Number::Int(b)) => integers(op, a, b),
+            (a, b) => floats(op, float(a), float(b)).map(Value::Float),
+        };
+    }
+    match (op, a, b) {
+        (_, Value::Undefined(name), _) | (_, _, Value::Undefined(name)) => Err(undefined(name)),
+        (Op::Add, ..) => add(run, a, b),
+        (Op::Multiply, ..) => repeat(run, a, b),
+        _ => Err(wrong(NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
+    }
+}
+
+fn float(number: Number) -> f64 {
+    match number {
+        Number::Int(int) => int as f64,
+        Number::Float(float) => float,
+    }
+}
+
+fn integers(op: Op, a: i64, b: i64) -> Result<Value> {
+    if b == 0 && matches!(op, Op::Divide | Op::FloorDivide | Op::Modulo) {
+        return fail(BY_ZERO);
+    }
+    let result = match op {
+        Op::Add => a.checked_add(b),
+        Op::Subtract => a.checked_sub(b),
+        Op::Multiply => a.checked_mul(b),
+        Op::Divide => return Ok(Value::Float(a as f64 / b as f64)),
+        Op::FloorDivide => a.checked_div_euclid(b).and_then(|quotient| {
+            let rest = a.checked_rem_euclid(b)?;
+            if b < 0 && rest != 0 { quotient.checked_sub(1) } else { Some(quotient) }
+        }),
+        Op::Modulo => a.checked_rem_euclid(b).map(|rest| if b < 0 && rest != 0 { rest + b } else { rest }),
+        Op::Power if b < 0 => return floats(op, a as f64, b as f64).map(Value::Float),
+        _ => match u32::try_from(b) {
+            Ok(power) => a.checked_pow(power),
+            Err(_) if matches!(a, 0 | 1) => Some(a),
+            Err(_) => None,
+        },
+    };
+    result.map_or_else(|| fail(OVERFLOW), |value| Ok(Value::Int(value)))
+}
+
+fn floats(op: Op, a: f64, b: f64) -> Result<f64> {
+    if b == 0.0 && matches!(op, Op::Divide | Op::FloorDivide | Op::Modulo) {
+        return fail(BY_ZERO);
+    }
+    Ok(match op {
+        Op::Add => a + b,
+        Op::Subtract => a - b,
+        Op::Multiply => a * b,
+        Op::Divide => a / b,
+        Op::FloorDivide => floor_division(a, b).0,
+        Op::Modulo => floor_division(a, b).1,
+        _ => return power(a, b),
+    })
+}
+
+/// Quotient rounded down, and the rest that has the sign of the divisor.
+fn floor_division(a: f64, b: f64) -> (f64, f64) {
+    let mut rest = libm::fmod(a, b);
+    let mut quotient = (a - rest) / b;
+    if rest == 0.0 {
+        rest = libm::copysign(0.0, b);
+    } else if (b < 0.0) != (rest < 0.0) {
+        rest += b;
+        quotient -= 1.0;
+    }
+    if quotient == 0.0 {
+        return (libm::copysign(0.0, a / b), rest);
+    }
+    let whole = libm::floor(quotient);
+    (if quotient - whole > 0.5 { whole + 1.0 } else { whole }, rest)
+}
+
+fn power(a: f64, b: f64) -> Result<f64> {
+    if a == 0.0 && b < 0.0 {
+        return fail("zero has no negative power");
+    }
+    if a < 0.0 && a.is_finite() && b.is_finite() && b != libm::trunc(b) {
+        return fail("a negative number has only whole powers");
+    }
+    let result = libm::pow(a, b);
+    if result.is_infinite() && a.is_finite() && b.is_finite() {
+        return fail("the result is too large");
+    }
+    Ok(result)
+}
+
+fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
+    if let (Value::Str(a), Value::Str(b)) = (a, b) {
+        return run.join_two(a, b);
+    }
+    let kind = sequence_kind(a);
+    match (kind, sequence_kind(b)) {
+        (Some(kind), Some(other)) if kind == other => {
+            let sum = run.list_of(kind, a)?;
+            let Value::Seq(_, head) = sum else { return Ok(sum) };
+            for index in 0..run.iterate(b)? {
+                let element = run.element(b, index)?;
+                run.append(head, element)?;
+            }
+            Ok(sum)
+        }
+        _ => {
+            let words = match (a, b) {
+                (Value::Str(_), _) | (_, Value::Str(_)) => "this cannot be added to a string: join them with ~",
+                _ => NO_ARITHMETIC,
+            };
+            let is_first = number(a).is_some() || matches!(a, Value::Str(_));
+            Err(wrong(words, if is_first { b } else { a }))
+        }
+    }
+}
+
+/// Whether a value is a list or tuple, and which.
+pub fn sequence_kind(value: Value) -> Option<Seq> {
+    match value {
+        Value::Seq(kind @ (Seq::List | Seq::Tuple), _) => Some(kind),
+        Value::Object(object) if object.kind == Kind::List => Some(Seq::List),
+        Value::Object(object) if object.kind == Kind::Tuple => Some(Seq::Tuple),
+        _ => None,
+    }
+}
+
+fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
+    let (value, count) = match (a, b) {
+        (value, Value::Int(count)) | (Value::Int(count), value) => (value, count.max(0)),
+        (value, Value::Bool(is)) | (Value::Bool(is), value) => (value, i64::from(is)),
+        _ => return Err(wrong(NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
+    };
+    if let Value::Str(text) = value {
+        let from = run.memory.top;
+        if text.len > 0 {
+            (0..count).try_for_each(|_| run.memory.push_text(text))?;
+        }
+        return Ok(Value::Str(run.memory.text_since(from)));
+    }
+    let Some(kind) = sequence_kind(value) else { return Err(wrong(NO_ARITHMETIC, value)) };
+    let head = run.memory.new_block(0, crate::value::SIZE)?;
+    let length = run.iterate(value)?;
+    for _ in 0..if length == 0 { 0 } else { count } {
+        for index in 0..length {
+            let element = run.element(value, index)?;
+            run.append(head, element)?;
+        }
+    }
+    Ok(Value::Seq(kind, head))
+}
+
+/// A number without the `_` between digits; none if they stand elsewhere or the text is too long.
+fn plain(text: &str) -> Option<heapless::String<64>> {
+    let mut plain = heapless::String::new();
+    let bytes = text.as_bytes();
+    for (index, byte) in bytes.iter().enumerate() {
+        let is_digit = |at: Option<usize>| at.and_then(|at| bytes.get(at)).is_some_and(u8::is_ascii_alphanumeric);
+        if *byte != b'_' {
+            plain.push(char::from(*byte)).ok()?;
+        } else if !is_digit(index.checked_sub(1)) || !is_digit(index.checked_add(1)) {
+            return None;
+        }
+    }
+    text.is_ascii().then_some(plain)
+}
+
+/// A text as a real number, as Python's `float` reads it.
+pub fn read_float(text: &str) -> Option<f64> {
+    let plain = plain(text.trim_matches(crate::chars::is_blank))?;
+    gcode::read_f64(&plain)
+}
+
+/// A text as a whole number in a base, as Python's `int` reads it; none if it is none or beyond 64 bits.
+pub fn read_int(text: &str, base: u32) -> Option<i64> {
+    let plain = plain(text.trim_matches(crate::chars::is_blank))?;
+    let (is_negative, digits) = match plain.as_bytes() {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        rest => (false, rest),
+    };
+    let (base, digits) = match digits {
+        [b'0', b'x' | b'X', rest @ ..] if matches!(base, 16 | 0) => (16, rest),
+        [b'0', b'o' | b'O', rest @ ..] if matches!(base, 8 | 0) => (8, rest),
+        [b'0', b'b' | b'B', rest @ ..] if matches!(base, 2 | 0) => (2, rest),
+        rest => (if base == 0 { 10 } else { base }, rest),
+    };
+    if digits.is_empty() || !(2..=36).contains(&base) {
+        return None;
+    }
+    let add = |sum: i64, byte: &u8| {
+        let digit = i64::from(char::from(*byte).to_digit(base)?);
+        sum.checked_mul(i64::from(base))?.checked_sub(digit)
+    };
+    let value = digits.iter().try_fold(0, add)?;
+    if is_negative { Some(value) } else { value.checked_neg() }
+}
+
+/// A real number cut to a whole one.
+pub fn truncate(float: f64) -> Option<i64> {
+    let whole = libm::trunc(float);
+    (-9.223_372_036_854_775_808e18..9.223_372_036_854_775_808e18).contains(&whole).then_some(whole as i64)
+}
