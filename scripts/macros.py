@@ -237,7 +237,7 @@ def compare_corpus(desk, folder, out):
         {"template": text, "contexts": contexts(text, own, variables.get(group, {}))}
         for group, _, text, own in templates
     ]
-    count = dict.fromkeys(("templates", "jinja", "velvet", "known", "renderings", "texts", "equal"), 0)
+    count = dict.fromkeys(("templates", "jinja", "velvet", "known", "large", "renderings", "texts", "equal"), 0)
     faults, sizes = [], []
     for (_, place, text, _), question, velvet in zip(templates, questions, ask_desk(desk, questions)):
         jinja = ask_jinja(question)
@@ -254,6 +254,7 @@ def compare_corpus(desk, folder, out):
             faults.append((place, f"refused{' by name' if is_known else ''}: {velvet['refused']}", text))
             continue
         count["velvet"] += 1
+        count["large"] += velvet.get("large", False)
         for index, (theirs, ours) in enumerate(zip(jinja["results"], velvet["results"])):
             count["renderings"] += 1
             count["texts"] += "text" in theirs
@@ -272,6 +273,7 @@ def report(count, faults, sizes, out):
     print(f"{count['templates']} templates, {count['jinja']} accepted by Jinja2, of these {count['velvet']} by Velvet,")
     print(f"{count['known']} refused for a tag that docs/macros.md names")
     print(f"{count['renderings']} renderings, {count['texts']} of them texts, the others errors: {count['equal']} equal")
+    print(f"{count['large']} templates want more memory or more lines than the board has: compared with more")
     print(f"largest program {max(sizes, default=0)} bytes; differences: {out / 'differences.txt'}")
 
 

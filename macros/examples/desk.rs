@@ -94,11 +94,10 @@ impl Environment for Desk<'_> {
     }
 }
 
-fn render(program: &macros::Program, memory: &mut [u8], variables: &Value) -> Value {
+fn render(program: &macros::Program, memory: &mut [u8], output: &mut [u8], variables: &Value) -> Value {
     let Some(variables) = variables.as_object() else { return json!({"error": "no variables"}) };
-    let mut output = vec![0; OUTPUT];
     let mut desk = Desk { variables, objects: Vec::new(), said: Vec::new() };
-    match program.render(memory, &mut output, &mut desk) {
+    match program.render(memory, output, &mut desk) {
         Ok(length) => json!({"text": String::from_utf8_lossy(&output[..length]), "said": desk.said}),
         Err(error) => json!({"error": error.to_string(), "said": desk.said}),
     }
@@ -113,13 +112,25 @@ fn answer(question: &Value) -> Value {
         };
     }
     let template = question["template"].as_str().unwrap_or_default();
-    let mut memory = vec![0; MEMORY];
+    let contexts = question["contexts"].as_array().map_or(&[][..], Vec::as_slice);
+    let board = all(template, contexts, (MEMORY, OUTPUT));
+    if !board.to_string().contains(": bytes of ") {
+        return board;
+    }
+    let mut answer = all(template, contexts, (60 * 1024, 1024 * 1024));
+    answer["large"] = json!(true);
+    answer
+}
+
+/// Answers with memory and output of these sizes.
+fn all(template: &str, contexts: &[Value], (memory, output): (usize, usize)) -> Value {
+    let (mut memory, mut output) = (vec![0; memory], vec![0; output]);
     let program = match macros::compile(&mut template.bytes(), &mut memory) {
         Ok(program) => program,
         Err(error) => return json!({"refused": error.to_string()}),
     };
-    let contexts = question["contexts"].as_array().map_or(&[][..], Vec::as_slice);
-    let results: Vec<Value> = contexts.iter().map(|context| render(&program, &mut memory, context)).collect();
+    let mut render = |context| render(&program, &mut memory, &mut output, context);
+    let results: Vec<Value> = contexts.iter().map(&mut render).collect();
     json!({"size": program.size(), "results": results})
 }
 

@@ -24,6 +24,41 @@ impl Arguments {
         Self { first: self.first + 1, count: self.count.saturating_sub(1) }
     }
 
+    /// The arguments with those of `*list` and `**dict` one by one.
+    pub fn spread(self, run: &mut Run<'_, '_>) -> Result<Self> {
+        let places = self.first..self.first + self.count;
+        if !places.clone().any(|index| matches!(run.memory.use_at(index), Use::Spread | Use::SpreadNamed)) {
+            return Ok(self);
+        }
+        for index in places {
+            let value = run.memory.at(index);
+            match run.memory.use_at(index) {
+                Use::Spread => {
+                    for part in 0..run.iterate(value)? {
+                        let part = run.element(value, part)?;
+                        run.memory.push(part)?;
+                    }
+                }
+                Use::SpreadNamed => {
+                    for part in 0..run.iterate(value)? {
+                        let (key, part) = run.entry(value, part)?;
+                        let Value::Str(key) = key else { return Err(Fault::new("names of arguments are strings")) };
+                        // Names have their length before them, as the strings of the template.
+                        run.memory.push_word(key.len)?;
+                        let name = run.memory.copy_text(key)?;
+                        run.memory.push_named(Use::Keyword, name.at, part)?;
+                    }
+                }
+                kind => {
+                    let name = run.memory.name_at(index, kind).unwrap_or(0);
+                    run.memory.push_named(kind, name, value)?;
+                }
+            }
+        }
+        let first = self.first + self.count;
+        Ok(Self { first, count: run.memory.depth() - first })
+    }
+
     /// Number of the arguments without a name.
     pub fn positions(self, run: &Run<'_, '_>) -> usize {
         (0..self.count).filter(|index| run.memory.name_at(self.first + index, Use::Keyword).is_none()).count()
@@ -59,11 +94,7 @@ impl Arguments {
         let positions = self.positions(run);
         let mut used = 0;
         for (index, name) in names.split(' ').filter(|name| !name.is_empty()).enumerate() {
-            let value = if index < positions {
-                Some(run.memory.at(self.first + index))
-            } else {
-                self.word(run, name)
-            };
+            let value = if index < positions { Some(run.memory.at(self.first + index)) } else { self.word(run, name) };
             used += usize::from(value.is_some());
             if let Some(place) = bound.get_mut(index) {
                 *place = value;

@@ -69,6 +69,9 @@ instructions! {
     Or,
     /// Makes an argument by name of the last value.
     Keyword,
+    /// Makes arguments of the elements, or of the members, of the last value.
+    Spread,
+    SpreadNamed,
     /// Number of a filter, number of arguments.
     Filter,
     Test,
@@ -78,6 +81,8 @@ instructions! {
     Method,
     Store,
     StoreMember,
+    /// Makes a place for a variable below the last value.
+    Declare,
     /// Puts the parts of a value on the stack, the first one last.
     Unpack,
     /// Takes a value away.

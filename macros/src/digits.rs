@@ -123,8 +123,7 @@ impl Decimal {
     /// Power of ten of the first digit; none for zero.
     pub fn leading(&self) -> Option<i32> {
         let word = self.get(self.first);
-        (self.first < self.end && word > 0)
-            .then(|| DIGITS * (UNITS as i32 - self.first as i32) + word.ilog10() as i32)
+        (self.first < self.end && word > 0).then(|| DIGITS * (UNITS as i32 - self.first as i32) + word.ilog10() as i32)
     }
 
     /// Power of ten of the last digit that is not 0.

@@ -162,4 +162,3 @@ fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<(
     drop(core::mem::replace(memory, run.memory));
     result
 }
-

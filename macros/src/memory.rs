@@ -48,6 +48,10 @@ pub enum Use {
     Variable,
     /// Argument that is given by its name.
     Keyword,
+    /// Argument whose elements are arguments.
+    Spread,
+    /// Argument whose members are arguments with names.
+    SpreadNamed,
 }
 
 /// Length of a place on the stack: use, name, value.
@@ -366,6 +370,12 @@ impl<'a> Memory<'a> {
     /// Writes a value on the stack.
     pub fn set_at(&mut self, index: usize, value: Value) {
         self.set_value(self.slot(index) + 3, value);
+    }
+
+    /// Use of a place on the stack.
+    pub fn use_at(&self, index: usize) -> Use {
+        const USES: [Use; 5] = [Use::Operand, Use::Variable, Use::Keyword, Use::Spread, Use::SpreadNamed];
+        USES.get(usize::from(self.byte(self.slot(index)))).copied().unwrap_or(Use::Operand)
     }
 
     /// The name of a place on the stack, if it is used so.

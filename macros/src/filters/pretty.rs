@@ -1,11 +1,107 @@
-//! `pprint`: values as text, dicts in the order of their keys.
+//! `pprint`: values as text of at most 80 columns, dicts in the order of their keys.
+
+use core::cmp::Ordering;
 
 use crate::fault::Result;
-use crate::run::{DEEPEST, Run};
-use crate::value::Value;
+use crate::run::{DEEPEST, Run, order};
+use crate::value::{Map, SIZE, Seq, Value};
 
-/// A value as `pprint` writes it, on one line.
+/// Columns of a line.
+const WIDTH: usize = 80;
+
+/// A value as `pprint` writes it.
 pub fn pretty(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     let value = run.settle(value, DEEPEST)?;
-    run.to_repr(value).map(Value::Str)
+    let value = arrange(run, value, DEEPEST)?;
+    let from = run.memory.top;
+    write(run, value, 0, 0, DEEPEST)?;
+    Ok(Value::Str(run.memory.text_since(from)))
+}
+
+/// A copy with all dicts in the order of their keys.
+fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
+    if depth == 0 {
+        return crate::fault::fail(crate::run::TOO_DEEP);
+    }
+    match value {
+        Value::Map(Map::Dict, head) => {
+            let map = run.map(Map::Dict, run.memory.block(head).len)?;
+            let Value::Map(_, sorted) = map else { return Ok(map) };
+            for index in 0..run.memory.block(head).len {
+                let (key, part) = run.entry(value, index)?;
+                let part = arrange(run, part, depth - 1)?;
+                run.put(sorted, key, part)?;
+                move_up(run, map, sorted, index)?;
+            }
+            Ok(map)
+        }
+        Value::Seq(kind @ (Seq::List | Seq::Tuple), head) => {
+            let sorted = run.memory.new_block(run.memory.block(head).len, SIZE)?;
+            for index in 0..run.memory.block(head).len {
+                let part = run.element(value, index)?;
+                let part = arrange(run, part, depth - 1)?;
+                run.append(sorted, part)?;
+            }
+            Ok(Value::Seq(kind, sorted))
+        }
+        _ => Ok(value),
+    }
+}
+
+/// Moves the last entry of a dict before those with greater keys.
+fn move_up(run: &mut Run<'_, '_>, map: Value, head: u16, last: usize) -> Result<()> {
+    let (key, _) = run.entry(map, last)?;
+    let mut place = last;
+    while place > 0 {
+        let (before, _) = run.entry(map, place - 1)?;
+        if !matches!(order::order(run, key, before, DEEPEST), Ok(Some(Ordering::Less))) {
+            break;
+        }
+        place -= 1;
+    }
+    let block = run.memory.block(head);
+    let at = |index: usize| block.data + index * 2 * SIZE;
+    run.memory.rotate(at(place), at(last + 1), (last - place) * 2 * SIZE);
+    Ok(())
+}
+
+/// Appends a value that begins in a column, with room for what follows it.
+fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth: u8) -> Result<()> {
+    let from = run.memory.top;
+    run.write_repr(value, depth)?;
+    let width = run.memory.text(run.memory.text_since(from)).chars().count();
+    let length = match value {
+        Value::Map(Map::Dict, head) | Value::Seq(Seq::List | Seq::Tuple, head) => run.memory.block(head).len,
+        _ => 0,
+    };
+    if width + column + after <= WIDTH || length == 0 {
+        return Ok(());
+    }
+    run.memory.top = from;
+    let (begin, end) = match value {
+        Value::Map(..) => ("{", "}"),
+        Value::Seq(Seq::Tuple, _) => ("(", if length == 1 { ",)" } else { ")" }),
+        _ => ("[", "]"),
+    };
+    run.memory.push_bytes(begin.as_bytes())?;
+    for index in 0..length {
+        if index > 0 {
+            run.memory.push_bytes(b",\n")?;
+            (0..=column).try_for_each(|_| run.memory.push_byte(b' '))?;
+        }
+        let after = if index + 1 == length { after + end.len() } else { 1 };
+        let mut start = column + 1;
+        let part = if let Value::Map(..) = value {
+            let (key, part) = run.entry(value, index)?;
+            let from = run.memory.top;
+            run.write_repr(key, depth - 1)?;
+            run.memory.push_bytes(b": ")?;
+            start += run.memory.text(run.memory.text_since(from)).chars().count();
+            part
+        } else {
+            run.element(value, index)?
+        };
+        write(run, part, start, after, depth - 1)?;
+    }
+    run.memory.push_bytes(end.as_bytes())
 }

@@ -86,7 +86,9 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
     let count = run.iterate(lines)?.max(1);
     let from = run.memory.top;
     for index in 0..count {
-        let line = if run.length(lines) == Some(0) { Text::default() } else {
+        let line = if run.length(lines) == Some(0) {
+            Text::default()
+        } else {
             match run.element(lines, index)? {
                 Value::Str(line) => line,
                 _ => Text::default(),

@@ -131,10 +131,12 @@ fn general(memory: &mut Memory<'_>, value: f64, digits: i32, spec: &Spec, is_pla
     }
     let leading = decimal.leading().unwrap_or(0);
     let last = if decimal.leading().is_none() { 0 } else { decimal.trailing() };
-    let is_short = leading >= -4 && if is_plain { leading < digits - 1 || digits > 16 && leading < 16 } else { leading < digits };
+    let is_short =
+        leading >= -4 && if is_plain { leading < digits - 1 || digits > 16 && leading < 16 } else { leading < digits };
     if is_short {
         let most = digits - 1 - leading;
-        let decimals = if spec.is_alternate { most } else { (-last).max(i32::from(is_plain)).min(most.max(i32::from(is_plain))) };
+        let decimals =
+            if spec.is_alternate { most } else { (-last).max(i32::from(is_plain)).min(most.max(i32::from(is_plain))) };
         return places(memory, &decimal, decimals.max(0), spec);
     }
     let decimals = if spec.is_alternate { digits - 1 } else { (leading - last).max(0) };

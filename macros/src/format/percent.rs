@@ -152,7 +152,9 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
                 Some(Number::Float(value)) if matches!(spec.form, b'd' | b'i' | b'u') => numbers::truncate(value),
                 _ => None,
             };
-            let Some(whole) = whole else { return Err(wrong("this form wants a whole number: put |int behind the value", value)) };
+            let Some(whole) = whole else {
+                return Err(wrong("this form wants a whole number: put |int behind the value", value));
+            };
             if matches!(spec.form, b'i' | b'u') {
                 spec.form = b'd';
             }
@@ -171,6 +173,9 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
             _ => Err(wrong("this form wants one character", value)),
         },
         0 => fail("the text ends behind %: write %% for a % sign"),
-        form => Err(Fault { words: "there is no form of this letter behind %: write %% for a % sign", about: About::Byte(form) }),
+        form => Err(Fault {
+            words: "there is no form of this letter behind %: write %% for a % sign",
+            about: About::Byte(form),
+        }),
     }
 }

@@ -84,7 +84,9 @@ impl<'s> Lexer<'s> {
         }
         self.reader.skip_blanks();
         self.place = self.reader.place;
-        if self.open == 0 && let Some(token) = self.end_of_tag() {
+        if self.open == 0
+            && let Some(token) = self.end_of_tag()
+        {
             return Ok(token);
         }
         let byte = self.reader.peek(0);

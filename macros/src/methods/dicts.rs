@@ -46,7 +46,7 @@ pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: Bound
 
 fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value>> {
     match (dict, key) {
-        (Value::Object(object), Value::Str(name)) => run.member(object, name),
+        (Value::Object(object), Value::Str(name)) => run.kept_member(object, name),
         (Value::Map(_, head), _) => {
             if !order::is_hashable(run, key) {
                 return Err(wrong("this cannot be the key of a dict", key));

@@ -88,9 +88,7 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: Bound)
         "strip" | "lstrip" | "rstrip" => {
             Ok(Value::Str(run.strip(text, optional(first)?, (name != "rstrip", name != "lstrip"))))
         }
-        "replace" => {
-            run.replace(text, string(first)?, string(second)?, whole(third.unwrap_or(Value::Int(-1)))?)
-        }
+        "replace" => run.replace(text, string(first)?, string(second)?, whole(third.unwrap_or(Value::Int(-1)))?),
         "join" => run.join(needed(first)?, text, true),
         "zfill" => fill_zeros(run, text, whole(needed(first)?)?),
         "ljust" | "rjust" | "center" => justify(run, text, name, first, second),

@@ -27,8 +27,13 @@ impl Parser<'_, '_, '_> {
                     break;
                 }
             }
-            if matches!(self.token, Token::Sign(b'*' | lexer::POWER)) {
-                return fail("arguments with * and ** are not known: write each by itself");
+            if let Token::Sign(sign @ (b'*' | lexer::POWER)) = self.token {
+                self.advance()?;
+                self.expression()?;
+                self.emit(if sign == b'*' { Op::Spread } else { Op::SpreadNamed })?;
+                has_names = true;
+                count = count.saturating_add(1);
+                continue;
             }
             let next = self.peek_argument_name()?;
             if let Some(name) = next {

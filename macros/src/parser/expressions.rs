@@ -30,7 +30,11 @@ impl Parser<'_, '_, '_> {
         let mut count = 0;
         let mut is_tuple = false;
         while !self.at_end_of_tuple() {
-            if form.is_bare { self.binary(OR)? } else { self.expression()? }
+            if form.is_bare {
+                self.binary(OR)?
+            } else {
+                self.expression()?
+            }
             count += 1;
             if !self.skip_sign(b',')? {
                 break;

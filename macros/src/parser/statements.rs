@@ -14,7 +14,18 @@ const MOST_TARGETS: usize = 8;
 
 /// Tags of Jinja2 that Klipper's macros do without.
 const REFUSED: &[&str] = &[
-    "macro", "call", "include", "import", "from", "extends", "block", "filter", "with", "autoescape", "print", "raw",
+    "macro",
+    "call",
+    "include",
+    "import",
+    "from",
+    "extends",
+    "block",
+    "filter",
+    "with",
+    "autoescape",
+    "print",
+    "raw",
     "do",
 ];
 
@@ -318,6 +329,9 @@ impl Parser<'_, '_, '_> {
     /// Stores the last value.
     fn store(&mut self, targets: &Targets) -> Result<()> {
         if targets.is_tuple {
+            for (name, _) in targets.list.iter().take(targets.count).filter(|(_, member)| *member == 0) {
+                self.emit_word(Op::Declare, *name)?;
+            }
             self.emit_word(Op::Unpack, targets.count as u16)?;
         }
         for (name, member) in targets.list.iter().take(targets.count) {

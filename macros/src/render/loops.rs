@@ -14,6 +14,14 @@ impl Machine<'_, '_> {
         match op {
             Op::Drop => drop(self.run.memory.pop()),
             Op::Unpack => return self.unpack(),
+            Op::Declare => {
+                let name = self.word();
+                let value = self.run.memory.pop();
+                if self.place_of(name).is_none() {
+                    self.run.memory.push_named(Use::Variable, name, Value::None)?;
+                }
+                self.run.memory.push(value)?;
+            }
             Op::Store => {
                 let name = self.word();
                 let value = self.run.memory.pop();
@@ -23,7 +31,10 @@ impl Machine<'_, '_> {
                 let (name, member) = (self.string(), self.string());
                 let value = self.run.memory.pop();
                 let Value::Map(Map::Namespace, head) = self.variable(name)? else {
-                    return Err(Fault::about("only members of a namespace can be set: make one with namespace()", name));
+                    return Err(Fault::about(
+                        "only members of a namespace can be set: make one with namespace()",
+                        name,
+                    ));
                 };
                 self.run.put_kept(head, Value::Str(member), value)?;
             }
@@ -34,13 +45,17 @@ impl Machine<'_, '_> {
     /// Sets a variable of the innermost loop or block.
     fn set(&mut self, name: u16, value: Value) -> Result<()> {
         let value = self.keep(value);
-        let memory = &mut self.run.memory;
-        let known = (self.frame..memory.depth()).find(|index| memory.name_at(*index, Use::Variable) == Some(name));
-        match known {
-            Some(index) => memory.set_at(index, value),
-            None => memory.push_named(Use::Variable, name, value)?,
+        match self.place_of(name) {
+            Some(index) => self.run.memory.set_at(index, value),
+            None => self.run.memory.push_named(Use::Variable, name, value)?,
         }
         Ok(())
+    }
+
+    /// Place of a variable of the innermost loop or block on the stack.
+    fn place_of(&self, name: u16) -> Option<usize> {
+        let memory = &self.run.memory;
+        (self.frame..memory.depth()).find(|index| memory.name_at(*index, Use::Variable) == Some(name))
     }
 
     /// Keeps a value when the statement is over: of a string no more than itself.

@@ -11,7 +11,7 @@ use crate::lexer::Lexer;
 use crate::memory::{Memory, Text, Use};
 use crate::names;
 use crate::parser::Parser;
-use crate::run::{DEEPEST, Run, undefined, wrong};
+use crate::run::{DEEPEST, Run, VARIABLES, undefined, wrong};
 use crate::value::{Map, SIZE, Seq, Value};
 
 /// Most instructions of a rendering: some seconds on the board.
@@ -30,10 +30,7 @@ pub struct Program {
 /// # Errors
 ///
 /// The template has a mistake, uses a tag that is not known, or is too long for the memory.
-pub fn compile(
-    source: &mut dyn Iterator<Item = u8>,
-    memory: &mut [u8],
-) -> core::result::Result<Program, Error> {
+pub fn compile(source: &mut dyn Iterator<Item = u8>, memory: &mut [u8]) -> core::result::Result<Program, Error> {
     let length = memory.len();
     let mut memory = Memory::new(memory);
     let mut parser = Parser::new(&mut memory, Lexer::new(source));
@@ -125,8 +122,10 @@ impl Machine<'_, '_> {
                     let name = self.word();
                     self.run.memory.name_last(Use::Keyword, name);
                 }
+                Op::Spread => self.run.memory.name_last(Use::Spread, 0),
+                Op::SpreadNamed => self.run.memory.name_last(Use::SpreadNamed, 0),
                 Op::Filter | Op::Test | Op::Unknown | Op::Call | Op::Method => self.call(op)?,
-                Op::Store | Op::StoreMember | Op::Unpack | Op::Drop => self.store(op)?,
+                Op::Store | Op::StoreMember | Op::Declare | Op::Unpack | Op::Drop => self.store(op)?,
                 Op::CaptureBegin | Op::CaptureEnd | Op::FrameBegin | Op::FrameEnd => self.frames(op)?,
                 Op::ForBegin | Op::ForNext | Op::ForCount | Op::ForAgain | Op::ForEnd => self.turn(op)?,
                 _ => self.compute(op)?,
@@ -206,26 +205,15 @@ impl Machine<'_, '_> {
     /// A variable of the machine's. Lists and dicts are made once, so that what a template changes in them
     /// stays changed.
     fn given(&mut self, name: Text) -> Result<Option<Value>> {
-        const ENTRY: usize = 4;
-        let mut entry = self.run.given;
-        while entry != 0 {
-            let at = usize::from(entry);
-            if self.run.memory.word(at + 2) == name.at {
-                return Ok(Some(self.run.memory.value(at + ENTRY)));
-            }
-            entry = self.run.memory.word(at);
+        if let Some(value) = self.run.given_before(VARIABLES, name) {
+            return Ok(Some(value));
         }
         let given = self.run.machine.variable(self.run.memory.text(name));
         let Some(given) = given else { return Ok(None) };
         let value = Run::take(&mut self.run.memory, given)?;
         let value = self.run.settle(value, DEEPEST)?;
         if matches!(value, Value::Seq(..) | Value::Map(..)) {
-            let at = self.run.memory.reserve(ENTRY + SIZE)?;
-            self.run.memory.set_word(at, self.run.given);
-            self.run.memory.set_word(at + 2, name.at);
-            self.run.memory.set_value(at + ENTRY, value);
-            self.run.given = at as u16;
-            self.run.keep();
+            self.run.note_given(VARIABLES, name, value)?;
         }
         Ok(Some(value))
     }
@@ -295,7 +283,7 @@ impl Machine<'_, '_> {
         let count = usize::from(count);
         let first = self.run.memory.depth().saturating_sub(count);
         let subject = self.run.memory.at(first.saturating_sub(1));
-        let arguments = Arguments { first, count };
+        let arguments = Arguments { first, count }.spread(&mut self.run)?;
         let run = &mut self.run;
         let result = match (op, subject) {
             (Op::Filter, _) => crate::filters::apply(run, word as u8, subject, arguments)?,

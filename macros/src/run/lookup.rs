@@ -101,7 +101,7 @@ impl Run<'_, '_> {
             Value::Map(Map::Namespace, head) => self.get(head, Value::Str(name), name),
             _ if crate::methods::is_method(self.memory.text(name), value) => Ok(Value::Method),
             Value::Object(object) => {
-                let member = self.member(object, name)?;
+                let member = self.kept_member(object, name)?;
                 Ok(member.unwrap_or(Value::Undefined(name)))
             }
             Value::Map(Map::Dict, head) => self.get(head, Value::Str(name), name),
@@ -128,7 +128,7 @@ impl Run<'_, '_> {
             }
             Value::Object(object) => match (object.kind, key) {
                 (Kind::Lookup | Kind::Dict, Value::Str(name)) => {
-                    if let Some(found) = self.member(object, name)? {
+                    if let Some(found) = self.kept_member(object, name)? {
                         return Ok(found);
                     }
                 }

@@ -7,7 +7,7 @@ pub mod order;
 pub mod print;
 pub mod texts;
 
-use crate::environment::{Environment, Given};
+use crate::environment::{Environment, Given, Object};
 use crate::fault::{Fault, Result};
 use crate::literal;
 use crate::memory::{Memory, Text};
@@ -18,11 +18,16 @@ pub const DEEPEST: u8 = 8;
 /// Said of values within values beyond that.
 pub const TOO_DEEP: &str = "lists and dicts within each other go down to 8: make them flatter";
 
+/// Length of the head of a container that the machine has given: the next one, its name, its owner.
+const ENTRY: usize = 10;
+/// Owner of the variables.
+pub const VARIABLES: u32 = u32::MAX;
+
 /// Memory and machine of a rendering.
 pub struct Run<'r, 'a> {
     pub memory: Memory<'a>,
     pub machine: &'r mut dyn Environment,
-    /// First of the variables that the machine has given, in memory.
+    /// First of the containers that the machine has given, in memory.
     pub given: u16,
 }
 
@@ -41,13 +46,56 @@ impl Run<'_, '_> {
     }
 
     /// Member of an object of the machine's.
-    pub fn member(&mut self, object: crate::environment::Object, name: Text) -> Result<Option<Value>> {
+    pub fn member(&mut self, object: Object, name: Text) -> Result<Option<Value>> {
+        if let Some(value) = self.given_before(object.id, name) {
+            return Ok(Some(value));
+        }
         let given = self.machine.member(object, self.memory.text(name));
         given.map(|given| Self::take(&mut self.memory, given)).transpose()
     }
 
+    /// Member of an object of the machine's. A container that is made of a literal stays as it is for the rest of
+    /// the rendering, with what the template changes in it.
+    pub fn kept_member(&mut self, object: Object, name: Text) -> Result<Option<Value>> {
+        let member = self.member(object, name)?;
+        if let Some(value @ (Value::Seq(..) | Value::Map(..))) = member
+            && self.given_before(object.id, name).is_none()
+        {
+            self.note_given(object.id, name, value)?;
+        }
+        Ok(member)
+    }
+
+    /// A container that the machine has given before.
+    pub fn given_before(&self, owner: u32, name: Text) -> Option<Value> {
+        let mut entry = self.given;
+        while entry != 0 {
+            let at = usize::from(entry);
+            let known = Text { at: self.memory.word(at + 2), len: self.memory.word(at + 4) };
+            let of = u32::from(self.memory.word(at + 6)) | u32::from(self.memory.word(at + 8)) << 16;
+            if of == owner && self.memory.bytes(known) == self.memory.bytes(name) {
+                return Some(self.memory.value(at + ENTRY));
+            }
+            entry = self.memory.word(at);
+        }
+        None
+    }
+
+    /// Notes a container of the machine's, which stays from now on.
+    pub fn note_given(&mut self, owner: u32, name: Text, value: Value) -> Result<()> {
+        let at = self.memory.reserve(ENTRY + crate::value::SIZE)?;
+        for (index, word) in [self.given, name.at, name.len, owner as u16, (owner >> 16) as u16].into_iter().enumerate()
+        {
+            self.memory.set_word(at + 2 * index, word);
+        }
+        self.memory.set_value(at + ENTRY, value);
+        self.given = at as u16;
+        self.keep();
+        Ok(())
+    }
+
     /// Name or element of an object of the machine's.
-    pub fn part(&mut self, object: crate::environment::Object, index: usize) -> Result<Value> {
+    pub fn part(&mut self, object: Object, index: usize) -> Result<Value> {
         let given = self.machine.element(object, index);
         given.map_or(Ok(Value::Undefined(Text::default())), |given| Self::take(&mut self.memory, given))
     }

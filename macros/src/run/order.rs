@@ -46,7 +46,13 @@ fn order_mixed(a: i64, b: f64) -> Option<Ordering> {
         return Some(Ordering::Greater);
     }
     let whole = libm::trunc(b);
-    let rest = if b > whole { Ordering::Less } else if b < whole { Ordering::Greater } else { Ordering::Equal };
+    let rest = if b > whole {
+        Ordering::Less
+    } else if b < whole {
+        Ordering::Greater
+    } else {
+        Ordering::Equal
+    };
     Some(a.cmp(&(whole as i64)).then(rest))
 }
 

@@ -46,9 +46,7 @@ impl Run<'_, '_> {
     /// A string without blanks, or without other characters, at its ends.
     pub fn strip(&self, text: Text, set: Option<Text>, sides: (bool, bool)) -> Text {
         let string = self.memory.text(text);
-        let goes = |char: char| {
-            set.map_or_else(|| chars::is_blank(char), |set| self.memory.text(set).contains(char))
-        };
+        let goes = |char: char| set.map_or_else(|| chars::is_blank(char), |set| self.memory.text(set).contains(char));
         let from = if sides.0 { string.len() - string.trim_start_matches(goes).len() } else { 0 };
         let to = if sides.1 { string.trim_end_matches(goes).len() } else { string.len() };
         text.part(from, to.max(from))
@@ -129,12 +127,14 @@ impl Run<'_, '_> {
         let mut rest = text;
         while rest.len > 0 {
             let string = self.memory.text(rest);
-            let end = string.find(['\n', '\r', '\x0b', '\x0c', '\x1c', '\x1d', '\x1e', '\u{85}', '\u{2028}', '\u{2029}']);
+            let end =
+                string.find(['\n', '\r', '\x0b', '\x0c', '\x1c', '\x1d', '\x1e', '\u{85}', '\u{2028}', '\u{2029}']);
             let (end, next) = match end {
                 None => (string.len(), string.len()),
                 Some(end) => {
                     let tail = string.get(end..).unwrap_or_default();
-                    let width = if tail.starts_with("\r\n") { 2 } else { tail.chars().next().map_or(1, char::len_utf8) };
+                    let width =
+                        if tail.starts_with("\r\n") { 2 } else { tail.chars().next().map_or(1, char::len_utf8) };
                     (end, end + width)
                 }
             };
@@ -158,17 +158,15 @@ impl Run<'_, '_> {
         let length = self.iterate(values)?;
         let mut joined = Text::default();
         for index in 0..length {
+            if index > 0 {
+                joined = self.memory.extend(joined, between)?;
+            }
             let element = self.element(values, index)?;
             if is_strict && !matches!(element, Value::Str(_)) {
                 return Err(super::wrong("only strings can be joined so: use the filter join", element));
             }
             let text = self.to_str(element)?;
-            if index == 0 {
-                joined = self.memory.copy_text(text)?;
-            } else {
-                joined = self.memory.extend(joined, between)?;
-                joined = self.memory.extend(joined, text)?;
-            }
+            joined = if index == 0 { self.memory.copy_text(text)? } else { self.memory.extend(joined, text)? };
         }
         self.use_up(values);
         Ok(Value::Str(joined))
