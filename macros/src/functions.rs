@@ -49,6 +49,9 @@ fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value>
 }
 
 fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static str) -> Result<Value> {
+    if arguments.positions(run) < arguments.count {
+        return fail("range takes its numbers without names");
+    }
     let mut bounds = [0; 3];
     for (bound, value) in bounds.iter_mut().zip(arguments.bind(run, names)?.into_iter().flatten()) {
         *bound = match value {

@@ -50,8 +50,29 @@ impl Rule {
     fn key(self, run: &mut Run<'_, '_>, element: Value) -> Result<Value> {
         let key = match self.path {
             None | Some(Value::None) => element,
+            Some(Value::Str(paths)) if run.memory.text(paths).contains(',') => return self.keys(run, element, paths),
             Some(path) => path_of(run, element, path)?,
         };
+        self.fold(run, key)
+    }
+
+    /// A tuple of what several paths lead to.
+    fn keys(self, run: &mut Run<'_, '_>, element: Value, paths: Text) -> Result<Value> {
+        let head = run.memory.new_block(0, SIZE)?;
+        let mut rest = paths;
+        loop {
+            let end = run.memory.text(rest).find(',').unwrap_or(usize::from(rest.len));
+            let key = path_of(run, element, Value::Str(rest.part(0, end)))?;
+            let key = self.fold(run, key)?;
+            run.append(head, key)?;
+            if end == usize::from(rest.len) {
+                return Ok(Value::Seq(Seq::Tuple, head));
+            }
+            rest = rest.part(end + 1, usize::MAX);
+        }
+    }
+
+    fn fold(self, run: &mut Run<'_, '_>, key: Value) -> Result<Value> {
         match key {
             Value::Str(text) if !self.minds_case => run.lower(text),
             _ => Ok(key),

@@ -12,8 +12,12 @@ const NO_END: &str = "a } is missing in the text: write {{ and }} for braces the
 
 /// A text with values in the places of its braces.
 pub fn braces(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments) -> Result<Value> {
+    fill(run, text, arguments, &mut 0, true).map(Value::Str)
+}
+
+/// Fills the braces of a text, or of the form in braces, which may not have braces within its own.
+fn fill(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments, next: &mut usize, may_nest: bool) -> Result<Text> {
     let start = run.memory.top;
-    let mut next = 0;
     let mut at = 0;
     while at < usize::from(text.len) {
         let byte = |at: usize| if at < usize::from(text.len) { run.memory.byte(usize::from(text.at) + at) } else { 0 };
@@ -26,18 +30,35 @@ pub fn braces(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments) -> Resul
             }
             b'{' => {
                 let rest = text.part(at, usize::MAX);
-                let Some(end) = run.memory.text(rest).find('}') else { return fail(NO_END) };
-                field(run, rest.part(0, end), arguments, &mut next)?;
+                let Some(end) = end_of_field(run.memory.text(rest)) else { return fail(NO_END) };
+                field(run, rest.part(0, end), arguments, next, may_nest)?;
                 at += end + 1;
             }
             b'}' => return fail(NO_END),
             _ => run.memory.push_byte(this)?,
         }
     }
-    Ok(Value::Str(run.memory.text_since(start)))
+    Ok(run.memory.text_since(start))
 }
 
-fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut usize) -> Result<()> {
+/// Place of the brace that closes a field.
+fn end_of_field(text: &str) -> Option<usize> {
+    let mut open = 0;
+    text.bytes().position(|byte| match byte {
+        b'{' => {
+            open += 1;
+            false
+        }
+        b'}' if open == 0 => true,
+        b'}' => {
+            open -= 1;
+            false
+        }
+        _ => false,
+    })
+}
+
+fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut usize, may_nest: bool) -> Result<()> {
     let string = run.memory.text(field);
     let name_end = string.find([':', '!']).unwrap_or(string.len());
     let name = field.part(0, name_end);
@@ -61,14 +82,24 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
     let Some(value) = value else {
         return Err(Fault::about("the text has a place for a value that is not given", name));
     };
-    let spec = read_spec(run.memory.text(field.part(form_at, usize::MAX)))?;
     let from = run.memory.top;
+    let mut form = field.part(form_at, usize::MAX);
+    if run.memory.text(form).contains('{') {
+        if !may_nest {
+            return fail("braces within braces within braces are not known");
+        }
+        form = fill(run, form, arguments, next, false)?;
+    }
+    let spec = read_spec(run.memory.text(form))?;
     let value = match conversion {
         b'r' => Value::Str(run.to_repr(value)?),
         b's' => Value::Str(run.to_str(value)?),
         _ => value,
     };
-    write(run, value, &spec, from)
+    let start = run.memory.top;
+    write(run, value, &spec)?;
+    run.memory.close_gap(from, start);
+    Ok(())
 }
 
 fn read_spec(text: &str) -> Result<Spec> {
@@ -116,8 +147,9 @@ fn read_spec(text: &str) -> Result<Spec> {
     Ok(spec)
 }
 
-/// Appends a value; what was made for it since a place goes.
-fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec, from: usize) -> Result<()> {
+/// Appends a value.
+fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
+    let from = run.memory.top;
     let is_real = matches!(spec.form, b'e' | b'E' | b'f' | b'F' | b'g' | b'G' | b'%');
     let memory = &mut run.memory;
     match (number_of(value), value) {
@@ -142,10 +174,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec, from: usize) -> Resul
             if spec.align == b'=' || spec.comma != 0 || spec.sign != b'-' {
                 return fail("this form is for numbers: make one with |int or |float");
             }
-            let start = memory.top;
-            write_text(memory, text, spec)?;
-            memory.close_gap(from, start);
-            Ok(())
+            write_text(memory, text, spec)
         }
         (None, Value::Undefined(_)) if spec.form == 0 && spec.width == 0 => Ok(()),
         (None, value) if spec.form == 0 && spec.width == 0 && !matches!(value, Value::Str(_)) => {

@@ -66,7 +66,10 @@ impl Run<'_, '_> {
         if matches!(value, Value::Loop(_)) || !self.is_iterable(value) {
             return Err(wrong(NOT_ITERABLE, value));
         }
-        Ok(self.length(value).unwrap_or(0))
+        match self.length(value).unwrap_or(0) {
+            length if length > usize::from(u16::MAX) => fail("a range of more than 65535 numbers is too long here"),
+            length => Ok(length),
+        }
     }
 
     /// Element of what is gone through, by its number from 0: of dicts a key.

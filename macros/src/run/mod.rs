@@ -7,7 +7,7 @@ pub mod order;
 pub mod print;
 pub mod texts;
 
-use crate::environment::{Environment, Given, Object};
+use crate::environment::{Environment, Given, Kind, Object};
 use crate::fault::{Fault, Result};
 use crate::literal;
 use crate::memory::{Memory, Text};
@@ -50,6 +50,8 @@ impl Run<'_, '_> {
         if let Some(value) = self.given_before(object.id, name) {
             return Ok(Some(value));
         }
+        // Klipper's printer takes names with blanks around them.
+        let name = if object.kind == Kind::Lookup { self.strip(name, None, (true, true)) } else { name };
         let given = self.machine.member(object, self.memory.text(name));
         given.map(|given| Self::take(&mut self.memory, given)).transpose()
     }
@@ -138,7 +140,7 @@ impl Run<'_, '_> {
             Value::Int(int) => int != 0,
             Value::Float(float) => float != 0.0,
             Value::Seq(Seq::Once, _) | Value::Map(Map::Namespace, _) => true,
-            Value::Object(object) if object.kind == crate::environment::Kind::Lookup => true,
+            Value::Object(object) if object.kind == Kind::Lookup => true,
             Value::Function(_) | Value::Method => true,
             _ => self.length(value).is_none_or(|length| length > 0),
         }

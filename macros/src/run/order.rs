@@ -198,9 +198,19 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
             Ok(run.find(head, value)?.is_some())
         }
         Value::Object(object) if matches!(object.kind, Kind::Lookup | Kind::Dict) => match value {
-            Value::Str(name) => Ok(run.machine.member(object, run.memory.text(name)).is_some()),
+            Value::Str(name) => Ok(run.member(object, name)?.is_some()),
             _ => Ok(false),
         },
+        Value::Range(at) if number(value).is_some() => {
+            let [start, end, step] = run.range(at).map(i128::from);
+            let whole = match number(value) {
+                Some(Number::Int(int)) => i128::from(int),
+                Some(Number::Float(float)) if libm::trunc(float) == float => float as i128,
+                _ => return Ok(false),
+            };
+            let is_within = if step > 0 { whole >= start && whole < end } else { whole <= start && whole > end };
+            Ok(is_within && (whole - start) % step == 0)
+        }
         _ => {
             for index in 0..run.iterate(holder)? {
                 let element = run.element(holder, index)?;

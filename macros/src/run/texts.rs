@@ -30,6 +30,12 @@ impl Run<'_, '_> {
 
     /// A string in upper case.
     pub fn upper(&mut self, text: Text) -> Result<Value> {
+        if self.memory.text(text).contains('ß') {
+            let (sharp, double) = (self.memory.copy_in("ß")?, self.memory.copy_in("SS")?);
+            if let Value::Str(text) = self.replace(text, sharp, double, -1)? {
+                return self.change(text, |_, _, char| chars::upper(char));
+            }
+        }
         self.change(text, |_, _, char| chars::upper(char))
     }
 
