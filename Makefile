@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check macros bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
 .PHONY: web page test-web test-page
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
@@ -180,6 +180,12 @@ peers-fuzz: velvet
 ##                               any input: no panic, no hang, no motion outside limits; needs a C++ compiler
 fuzz: target/toolchain.mk
 	@CARGO="$(CARGO)" SECONDS_EACH="$(SECONDS)" TARGET="$(TARGET)" MINIMISE="$(MINIMISE)" scripts/fuzz.sh
+
+## make macros DIR=folder        Klipper's macros of all .cfg files in a folder through Jinja2 and through ours; installs Jinja2 from PyPI
+macros: target/toolchain.mk
+	@test -n "$(DIR)" || { echo "make macros: say which folder with DIR=folder"; exit 2; }
+	@$(CARGO) build -q --locked -p macros --example desk
+	@python3 scripts/macros.py corpus target/debug/examples/desk "$(DIR)" out/macros
 
 test-lint: target/toolchain.mk
 	@echo "== rules and lints"

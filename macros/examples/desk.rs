@@ -1,5 +1,5 @@
-//! Renders templates on a desk: one question a line as JSON, one answer a line. `scripts/macros.py` compares the
-//! answers with those of Jinja2.
+//! Renders templates on a desk: one question a line as JSON, one answer a line. `scripts/macros.py` compares
+//! the answers with those of Jinja2.
 //!
 //! A question is `{"template": text, "contexts": [variables, ...]}` or `{"literal": text}`.
 

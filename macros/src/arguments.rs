@@ -106,3 +106,8 @@ impl Arguments {
         Ok(bound)
     }
 }
+
+/// An argument that has to be given.
+pub fn needed(argument: Option<Value>) -> Result<Value> {
+    argument.ok_or(Fault::new("an argument is missing"))
+}

@@ -30,7 +30,7 @@ pub fn upper(char: char) -> char {
         0x3c2 => 0x3a3,
         0x131 => 0x49,
         0x100..=0x12f | 0x132..=0x137 | 0x14a..=0x177 | 0x460..=0x481 => code & !1,
-        0x13a..=0x148 | 0x17a..=0x17e if code % 2 == 0 => code - 1,
+        0x13a..=0x148 | 0x17a..=0x17e if code.is_multiple_of(2) => code - 1,
         _ => code,
     };
     char::from_u32(upper).unwrap_or(char)

@@ -94,7 +94,7 @@ instructions! {
     ForNext,
     /// Counts a turn, and makes `loop`.
     ForCount,
-    /// Ends a turn.
+    /// Ends a turn of the innermost loop.
     ForAgain,
     /// Ends the loop, and jumps if there was a turn.
     ForEnd,
@@ -110,7 +110,7 @@ impl Op {
     }
 }
 
-/// Appends an instruction.
+/// Appends an instruction that has no operand.
 pub fn emit(memory: &mut Memory<'_>, op: Op) -> Result<()> {
     memory.push_byte(op as u8)
 }

@@ -134,7 +134,7 @@ impl Decimal {
         }
         let mut word = self.get(end.saturating_sub(1));
         let mut power = DIGITS * (UNITS as i32 - end as i32 + 1);
-        while word > 0 && word % 10 == 0 {
+        while word > 0 && word.is_multiple_of(10) {
             word /= 10;
             power += 1;
         }
@@ -195,7 +195,7 @@ impl Decimal {
 /// The shortest digits that read back as the number, and the power of ten of the first.
 pub struct Shortest {
     bytes: [u8; 32],
-    /// Number of digits.
+    /// Number of digits that are used.
     pub count: usize,
     /// Power of ten of the first digit.
     pub power: i32,
@@ -235,7 +235,7 @@ impl Shortest {
         shortest
     }
 
-    /// The digits.
+    /// The digits, without zeros at their end.
     pub fn digits(&self) -> &[u8] {
         self.bytes.get(..self.count).unwrap_or_default()
     }

@@ -5,16 +5,16 @@
 pub struct Object {
     /// The caller's number for it.
     pub id: u32,
-    /// What can be done with it.
+    /// Kind of the thing: lookup, dict, list or tuple.
     pub kind: Kind,
 }
 
-/// What can be done with an object.
+/// Kinds of objects, by the operations that a template may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Members by name, `in` and `for`, and no methods, as `printer` has it.
     Lookup,
-    /// As a dict.
+    /// A dict with all its methods.
     Dict,
     /// As a list; elements by number, and by name where the caller knows names (`position.x`).
     List,
@@ -25,23 +25,23 @@ pub enum Kind {
 /// A value that the caller hands in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Given<'a> {
-    /// Python's `None`.
+    /// Nothing, which Python calls `None`.
     None,
-    /// Truth value.
+    /// A truth value, `True` or `False`.
     Bool(bool),
-    /// Whole number.
+    /// A whole number of 64 bits.
     Int(i64),
-    /// Real number.
+    /// A real number, a float of Python.
     Float(f64),
-    /// Text.
+    /// A text, which is copied when it is handed in.
     Text(&'a str),
     /// Text of a Python literal, which is read when it is asked for: `[1, 2]`.
     Literal(&'a str),
-    /// Something with parts.
+    /// Something with members or elements of its own.
     Object(Object),
 }
 
-/// What a template asks the machine to do while it is rendered.
+/// Requests to the machine that a template makes while it is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// `action_respond_info`: tell the consoles.

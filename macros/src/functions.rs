@@ -24,7 +24,7 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
         }
         Function::RaiseError => {
             let [message, ..] = arguments.bind(run, names)?;
-            let text = run.to_str(message.ok_or(Fault::new(NO_MESSAGE))?)?;
+            let text = run.text_of(message.ok_or(Fault::new(NO_MESSAGE))?)?;
             act(run, Action::RaiseError, Some(Value::Str(text)))?;
             Err(Fault::about("raised by the macro", text))
         }
@@ -35,7 +35,7 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
 const NO_MESSAGE: &str = "a message is missing";
 
 fn act(run: &mut Run<'_, '_>, action: Action, message: Option<Value>) -> Result<Value> {
-    let text: Text = run.to_str(message.ok_or(Fault::new(NO_MESSAGE))?)?;
+    let text: Text = run.text_of(message.ok_or(Fault::new(NO_MESSAGE))?)?;
     run.machine.act(action, run.memory.text(text));
     run.str("")
 }

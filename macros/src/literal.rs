@@ -1,41 +1,16 @@
 //! Python literals, as Klipper keeps values of variables: read and written.
 
-use crate::environment::Nothing;
-use crate::fault::{Error, Fault, Result, fail};
+use crate::fault::{Fault, Result, fail};
 use crate::lexer::{Lexer, Token};
 use crate::memory::{Memory, Text};
-use crate::run::{DEEPEST, Run, TOO_DEEP};
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value};
 
-/// Reads a literal.
+/// Reads a literal into memory; fails if the text is none.
 pub fn read(memory: &mut Memory<'_>, source: &mut dyn Iterator<Item = u8>) -> Result<Value> {
     let mut reader = Reader { lexer: Lexer::of_literal(source), token: Token::End };
     reader.advance(memory)?;
     let value = reader.values(memory, Token::End, Seq::Tuple, DEEPEST)?;
     if reader.token == Token::End { Ok(value) } else { fail("something stands behind the value") }
-}
-
-/// Writes a Python literal as Python would write it, as in the file of saved variables. Returns the length of
-/// what was written into `output`.
-///
-/// # Errors
-///
-/// The text is no literal of numbers, strings, truth values, `None`, lists, tuples and dicts; memory or output
-/// are too small.
-pub fn rewrite(text: &str, memory: &mut [u8], output: &mut [u8]) -> core::result::Result<usize, Error> {
-    let mut machine = Nothing;
-    let mut memory = Memory::new(memory);
-    memory.is_sealed = true;
-    let mut run = Run { memory, machine: &mut machine, given: 0 };
-    let written = read(&mut run.memory, &mut text.bytes()).and_then(|value| run.to_repr(value));
-    let result = written.and_then(|text| match output.get_mut(..usize::from(text.len)) {
-        Some(place) => {
-            place.copy_from_slice(run.memory.bytes(text));
-            Ok(place.len())
-        }
-        None => fail("the value is too long to be kept"),
-    });
-    result.map_err(|fault| Error::new(fault, (1, 1), &run.memory))
 }
 
 struct Reader<'s> {
@@ -153,12 +128,36 @@ impl Reader<'_> {
     }
 }
 
-/// Writes an entry; the last of a key stays.
+/// Writes an entry of a dict; the last of a key stays. Keys are strings, numbers and words, as in JSON.
 fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<()> {
-    let mut nothing = Nothing;
-    let lent = core::mem::replace(memory, Memory::new(&mut []));
-    let mut run = Run { memory: lent, machine: &mut nothing, given: 0 };
-    let result = run.put(head, key, value);
-    drop(core::mem::replace(memory, run.memory));
-    result
+    if matches!(key, Value::Seq(..) | Value::Map(..)) {
+        return fail("the key of a dict is a string or a number here");
+    }
+    let block = memory.block(head);
+    let known =
+        (0..block.len).map(|index| block.data + index * 2 * SIZE).find(|at| is_same(memory, memory.value(*at), key));
+    let at = match known {
+        Some(at) => at,
+        None => {
+            let at = memory.grow(head, 2 * SIZE)?;
+            memory.set_value(at, key);
+            at
+        }
+    };
+    memory.set_value(at + SIZE, value);
+    Ok(())
+}
+
+fn is_same(memory: &Memory<'_>, a: Value, b: Value) -> bool {
+    let number = |value| match value {
+        Value::Bool(is) => Some(f64::from(u8::from(is))),
+        Value::Int(int) => Some(int as f64),
+        Value::Float(float) => Some(float),
+        _ => None,
+    };
+    match (a, b) {
+        (Value::Str(a), Value::Str(b)) => memory.bytes(a) == memory.bytes(b),
+        (Value::None, Value::None) => true,
+        _ => number(a).is_some() && number(a) == number(b),
+    }
 }

@@ -15,7 +15,7 @@ const MOST: usize = 0xffff;
 pub struct Text {
     /// Place of the first byte.
     pub at: u16,
-    /// Length, bytes.
+    /// Length of the text, bytes.
     pub len: u16,
 }
 
@@ -57,7 +57,7 @@ pub enum Use {
 /// Length of a place on the stack: use, name, value.
 const SLOT: usize = 3 + value::SIZE;
 
-/// The caller's memory.
+/// Memory of the caller, with what is used of it.
 pub struct Memory<'a> {
     bytes: &'a mut [u8],
     /// First free byte behind what grows from the start.
@@ -124,12 +124,12 @@ impl<'a> Memory<'a> {
         Ok(())
     }
 
-    /// Appends 16 bits.
+    /// Appends 16 bits, the low byte first.
     pub fn push_word(&mut self, word: u16) -> Result<()> {
         word.to_le_bytes().into_iter().try_for_each(|byte| self.push_byte(byte))
     }
 
-    /// Appends bytes.
+    /// Appends bytes of the program.
     pub fn push_bytes(&mut self, bytes: &[u8]) -> Result<()> {
         bytes.iter().try_for_each(|byte| self.push_byte(*byte))
     }
@@ -211,6 +211,14 @@ impl<'a> Memory<'a> {
     /// Whether a text is this word.
     pub fn is(&self, text: Text, word: &str) -> bool {
         self.bytes(text) == word.as_bytes()
+    }
+
+    /// A text without the blanks at its ends.
+    pub fn trim(&self, text: Text) -> Text {
+        let string = self.text(text);
+        let start = string.trim_start_matches(crate::chars::is_blank);
+        let from = string.len() - start.len();
+        text.part(from, from + start.trim_end_matches(crate::chars::is_blank).len())
     }
 
     /// Moves bytes down to a place before them.

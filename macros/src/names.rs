@@ -35,10 +35,10 @@ words! {
 }
 
 words! {
-    /// Tests of Jinja2.
+    /// Tests of Jinja2, which stand behind `is`.
     Test TESTS:
     Odd "odd" (""), Even "even" (""), DivisibleBy "divisibleby" ("num"), Defined "defined" (""),
-    Undefined "undefined" (""), Filter "filter" (""), Test "test" (""), None "none" (""), Boolean "boolean" (""),
+    Undefined "undefined" (""), IsFilter "filter" (""), Known "test" (""), None "none" (""), Boolean "boolean" (""),
     False "false" (""), True "true" (""), Integer "integer" (""), Float "float" (""), Lower "lower" (""),
     Upper "upper" (""), Text "string" (""), Mapping "mapping" (""), Number "number" (""),
     Sequence "sequence" (""), Iterable "iterable" (""), Callable "callable" (""), SameAs "sameas" ("other"),

@@ -3,6 +3,10 @@
 use crate::environment::{Kind, Object};
 use crate::memory::Text;
 
+/// Deepest values within values.
+pub const DEEPEST: u8 = 8;
+/// Words about values within values that are deeper.
+pub const TOO_DEEP: &str = "lists and dicts within each other go down to 8: make them flatter";
 /// Length of a value in memory, bytes.
 pub const SIZE: usize = 9;
 
@@ -26,7 +30,7 @@ pub enum Map {
     Namespace,
 }
 
-/// A value.
+/// A value of the language.
 #[derive(Clone, Copy, Debug)]
 pub enum Value {
     /// Nothing, with the name that led to it.

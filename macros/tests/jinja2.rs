@@ -13,7 +13,7 @@ fn rows() -> impl Iterator<Item = Value> {
     TABLE.lines().map(|line| serde_json::from_str(line).expect("a line of JSON"))
 }
 
-/// What the crate makes of a template: refused, or the text or none where there is an error.
+/// Our answer to a template: whether it is refused, and its text where there is no error.
 fn ours(template: &str, context: &Value) -> (bool, Option<String>) {
     let (mut memory, mut output) = (vec![0; 28 * 1024], vec![0; 12 * 1024]);
     let Ok(program) = compile(&mut template.bytes(), &mut memory) else { return (true, None) };

@@ -17,7 +17,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // The board on paper: what the simulated machine is wired by, and never the firmware.
     ("board-facts", &[]),
     ("gcode", &["units"]),
-    // Klipper's macros: text to text; the machine is handed in as what can be looked up. `gcode` reads numbers.
+    // Klipper's macros: text to text; the machine is handed in as what can be looked up, and `gcode` reads
+    // numbers.
     ("macros", &["gcode"]),
     ("program", &["units", "gcode"]),
     ("config", &["units", "gcode"]),

@@ -2,16 +2,15 @@
 
 use core::cmp::Ordering;
 
-use super::needed;
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, needed};
 use crate::chars;
 use crate::code::Op;
 use crate::environment::Kind;
 use crate::fault::{Result, fail};
 use crate::names::{self, Test};
 use crate::run::order::{contains, equal, number, order};
-use crate::run::{DEEPEST, Run, numbers};
-use crate::value::{Map, Seq, Value};
+use crate::run::{Run, numbers};
+use crate::value::{DEEPEST, Map, Seq, Value};
 
 /// Whether a test holds.
 pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments) -> Result<bool> {
@@ -33,26 +32,26 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
         Test::Iterable => run.is_iterable(value),
         Test::Callable => matches!(value, Value::Function(_) | Value::Method),
         Test::Escaped => false,
-        Test::Filter | Test::Test => {
+        Test::IsFilter | Test::Known => {
             let Value::Str(name) = value else { return Ok(false) };
             let name = run.memory.text(name);
-            if test == Test::Filter { names::filter(name).is_some() } else { names::test(name).is_some() }
+            if test == Test::IsFilter { names::filter(name).is_some() } else { names::test(name).is_some() }
         }
         Test::Lower | Test::Upper => {
-            let text = run.to_str(value)?;
+            let text = run.text_of(value)?;
             has_case(run.memory.text(text), test == Test::Upper)
         }
         Test::Odd | Test::Even | Test::DivisibleBy => {
-            let divisor = if test == Test::DivisibleBy { needed(first, "num")? } else { Value::Int(2) };
+            let divisor = if test == Test::DivisibleBy { needed(first)? } else { Value::Int(2) };
             let rest = numbers::calculate(run, Op::Modulo, value, divisor)?;
             equal(run, rest, Value::Int(i64::from(test == Test::Odd)), DEEPEST)?
         }
-        Test::SameAs => same(value, needed(first, "other")?),
-        Test::In => contains(run, value, needed(first, "seq")?)?,
-        Test::Equal => equal(run, value, needed(first, "b")?, DEEPEST)?,
-        Test::Unequal => !equal(run, value, needed(first, "b")?, DEEPEST)?,
+        Test::SameAs => same(value, needed(first)?),
+        Test::In => contains(run, value, needed(first)?)?,
+        Test::Equal => equal(run, value, needed(first)?, DEEPEST)?,
+        Test::Unequal => !equal(run, value, needed(first)?, DEEPEST)?,
         Test::Greater | Test::AtLeast | Test::Less | Test::AtMost => {
-            let order = order(run, value, needed(first, "b")?, DEEPEST)?;
+            let order = order(run, value, needed(first)?, DEEPEST)?;
             match test {
                 Test::Greater => order == Some(Ordering::Greater),
                 Test::AtLeast => matches!(order, Some(Ordering::Greater | Ordering::Equal)),

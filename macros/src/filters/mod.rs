@@ -1,4 +1,4 @@
-//! Filters of Jinja2.
+//! Filters of Jinja2: `value|name(arguments)`.
 
 mod checks;
 mod each;
@@ -9,7 +9,7 @@ pub mod strings;
 
 pub use checks::{check, has_case};
 
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, needed};
 use crate::digits;
 use crate::fault::{Fault, Result, fail};
 use crate::memory::Text;
@@ -39,7 +39,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
         Filter::Int => integer(run, value, first, second),
         Filter::Float => float(run, value, first),
         Filter::Round => round(run, value, first, second),
-        Filter::Text => run.to_str(value).map(Value::Str),
+        Filter::Text => run.text_of(value).map(Value::Str),
         Filter::Attr => attribute(run, value, first),
         Filter::Pprint => pretty::pretty(run, value),
         Filter::Length => match run.length(value) {
@@ -63,11 +63,6 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
 
 fn is_sized(value: Value) -> bool {
     !matches!(value, Value::Object(object) if object.kind == crate::environment::Kind::Lookup)
-}
-
-/// An argument that has to be given.
-fn needed(argument: Option<Value>, name: &'static str) -> Result<Value> {
-    argument.ok_or(Fault::of("an argument of this name is missing", name))
 }
 
 fn absolute(value: Value) -> Result<Value> {
@@ -165,7 +160,7 @@ fn round_integer(int: i64, precision: i32) -> Result<i64> {
 
 /// `value|attr("name")`: an attribute, and no member of a dict.
 fn attribute(run: &mut Run<'_, '_>, value: Value, name: Option<Value>) -> Result<Value> {
-    let Value::Str(name) = needed(name, "name")? else { return fail("the name of an attribute is a string") };
+    let Value::Str(name) = needed(name)? else { return fail("the name of an attribute is a string") };
     match value {
         Value::Map(crate::value::Map::Namespace, _) | Value::Loop(_) => run.attribute(value, name),
         _ => Ok(Value::Undefined(name)),
@@ -173,7 +168,7 @@ fn attribute(run: &mut Run<'_, '_>, value: Value, name: Option<Value>) -> Result
 }
 
 fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
-    let text: Text = run.to_str(value)?;
+    let text: Text = run.text_of(value)?;
     let positions = arguments.positions(run);
     if positions > 0 && positions < arguments.count {
         return fail("format takes either arguments with names or without");

@@ -8,10 +8,10 @@ use crate::environment::Kind;
 use crate::fault::{Result, fail};
 use crate::memory::Text;
 use crate::names::Filter;
-use crate::run::{DEEPEST, Run, order, wrong};
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::run::{Run, order, wrong};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value};
 
-/// How elements are compared.
+/// Rule by which elements are compared.
 #[derive(Clone, Copy, Debug)]
 struct Rule {
     path: Option<Value>,
@@ -46,7 +46,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
 }
 
 impl Rule {
-    /// What an element is compared by.
+    /// The value by which an element is compared.
     fn key(self, run: &mut Run<'_, '_>, element: Value) -> Result<Value> {
         let key = match self.path {
             None | Some(Value::None) => element,

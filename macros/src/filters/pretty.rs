@@ -3,8 +3,8 @@
 use core::cmp::Ordering;
 
 use crate::fault::Result;
-use crate::run::{DEEPEST, Run, order};
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::run::{Run, order};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value};
 
 /// Columns of a line.
 const WIDTH: usize = 80;
@@ -21,7 +21,7 @@ pub fn pretty(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 /// A copy with all dicts in the order of their keys.
 fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
     if depth == 0 {
-        return crate::fault::fail(crate::run::TOO_DEEP);
+        return crate::fault::fail(crate::value::TOO_DEEP);
     }
     match value {
         Value::Map(Map::Dict, head) => {

@@ -1,7 +1,7 @@
 //! Filters of lists and dicts.
 
-use super::needed;
 use super::strings::whole;
+use crate::arguments::needed;
 use crate::code::Op;
 use crate::environment::Kind;
 use crate::fault::{Result, fail};
@@ -29,7 +29,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
             };
             let between = match first {
                 None => Text::default(),
-                Some(between) => run.to_str(between)?,
+                Some(between) => run.text_of(between)?,
             };
             run.join(values, between, false)
         }
@@ -37,8 +37,8 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
         Filter::Random => random(run, value),
         Filter::Reverse => reverse(run, value),
         Filter::Items => items(run, value),
-        Filter::Batch => batch(run, value, whole(needed(first, "linecount")?)?, second),
-        _ => slices(run, value, whole(needed(first, "slices")?)?, second),
+        Filter::Batch => batch(run, value, whole(needed(first)?)?, second),
+        _ => slices(run, value, whole(needed(first)?)?, second),
     }
 }
 
@@ -61,7 +61,7 @@ fn attributes(run: &mut Run<'_, '_>, values: Value, path: Value) -> Result<Value
     Ok(Value::Seq(Seq::List, head))
 }
 
-/// What a path with points leads to: names, and numbers as indices.
+/// The value at the end of a path with points: names, and numbers as indices.
 pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value> {
     let Value::Str(path) = path else { return run.item(value, path) };
     let mut value = value;

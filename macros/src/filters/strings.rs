@@ -1,7 +1,6 @@
-//! Filters of strings.
+//! Filters that change or measure strings.
 
-use super::needed;
-use crate::arguments::Bound;
+use crate::arguments::{Bound, needed};
 use crate::chars;
 use crate::fault::{Result, fail};
 use crate::memory::Text;
@@ -21,7 +20,7 @@ pub fn whole(value: Value) -> Result<i64> {
 /// Result of a filter of strings.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) -> Result<Value> {
     let [first, second, third, fourth] = bound;
-    let text = run.to_str(value)?;
+    let text = run.text_of(value)?;
     match filter {
         Filter::Lower => run.lower(text),
         Filter::Upper => run.upper(text),
@@ -39,8 +38,8 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
             Ok(Value::Str(run.strip(text, set, (true, true))))
         }
         Filter::Replace => {
-            let old = run.to_str(needed(first, "old")?)?;
-            let new = run.to_str(needed(second, "new")?)?;
+            let old = run.text_of(needed(first)?)?;
+            let new = run.text_of(needed(second)?)?;
             let count = match third {
                 None | Some(Value::None) => -1,
                 Some(count) => whole(count)?,

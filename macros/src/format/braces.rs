@@ -92,8 +92,8 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
     }
     let spec = read_spec(run.memory.text(form))?;
     let value = match conversion {
-        b'r' => Value::Str(run.to_repr(value)?),
-        b's' => Value::Str(run.to_str(value)?),
+        b'r' => Value::Str(run.repr_of(value)?),
+        b's' => Value::Str(run.text_of(value)?),
         _ => value,
     };
     let start = run.memory.top;
@@ -147,7 +147,7 @@ fn read_spec(text: &str) -> Result<Spec> {
     Ok(spec)
 }
 
-/// Appends a value.
+/// Appends a value in the form that its braces ask for.
 fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
     let from = run.memory.top;
     let is_real = matches!(spec.form, b'e' | b'E' | b'f' | b'F' | b'g' | b'G' | b'%');
@@ -178,7 +178,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
         }
         (None, Value::Undefined(_)) if spec.form == 0 && spec.width == 0 => Ok(()),
         (None, value) if spec.form == 0 && spec.width == 0 && !matches!(value, Value::Str(_)) => {
-            let text = run.to_str(value)?;
+            let text = run.text_of(value)?;
             run.memory.close_gap(from, usize::from(text.at));
             Ok(())
         }

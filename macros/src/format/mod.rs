@@ -10,7 +10,7 @@ pub use percent::percent;
 use crate::fault::Result;
 use crate::memory::{Memory, Text};
 
-/// How a value is written.
+/// Form in which a value is written.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
     pub fill: char,

@@ -1,4 +1,4 @@
-//! `"..." % values`
+//! Values in the places of `%` signs: `"..." % values`.
 
 use super::{Spec, number, write_text};
 use crate::fault::{About, Fault, Result, fail};
@@ -17,7 +17,7 @@ struct Values {
 
 /// A text with values in the places of its `%` signs.
 pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
-    let all = run.settle(all, crate::run::DEEPEST)?;
+    let all = run.settle(all, crate::value::DEEPEST)?;
     let mut values = Values { all, next: 0 };
     let start = run.memory.top;
     let mut at = 0;
@@ -86,19 +86,8 @@ fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) 
         named = Some(run.memory.value(place + crate::value::SIZE));
         at += end + 2;
     }
-    let mut is_zero = false;
-    loop {
-        match byte(run, at) {
-            b'-' => spec.align = b'<',
-            b'0' => is_zero = true,
-            b'+' => spec.sign = b'+',
-            b' ' if spec.sign != b'+' => spec.sign = b' ',
-            b' ' => {}
-            b'#' => spec.is_alternate = true,
-            _ => break,
-        }
-        at += 1;
-    }
+    let is_zero;
+    (is_zero, at) = flags(run.memory.bytes(text), at, &mut spec);
     if byte(run, at) == b'*' {
         (spec.width, at) = (values.take_number(run)?, at + 1);
     } else {
@@ -133,6 +122,23 @@ fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) 
     Ok(at + 1)
 }
 
+/// Reads the flags of a form; returns whether it fills with zeros, and where they end.
+fn flags(bytes: &[u8], mut at: usize, spec: &mut Spec) -> (bool, usize) {
+    let mut is_zero = false;
+    loop {
+        match bytes.get(at) {
+            Some(b'-') => spec.align = b'<',
+            Some(b'0') => is_zero = true,
+            Some(b'+') => spec.sign = b'+',
+            Some(b' ') if spec.sign != b'+' => spec.sign = b' ',
+            Some(b' ') => {}
+            Some(b'#') => spec.is_alternate = true,
+            _ => return (is_zero, at),
+        }
+        at += 1;
+    }
+}
+
 fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
     if spec.align == 0 {
         spec.align = b'>';
@@ -140,7 +146,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
     let from = run.memory.top;
     match spec.form {
         b's' | b'r' | b'a' => {
-            let text = if spec.form == b's' { run.to_str(value)? } else { run.to_repr(value)? };
+            let text = if spec.form == b's' { run.text_of(value)? } else { run.repr_of(value)? };
             let start = run.memory.top;
             write_text(&mut run.memory, text, &spec)?;
             run.memory.close_gap(from, start);

@@ -17,15 +17,15 @@ const PIECE: usize = 250;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Token {
     End,
-    /// Text between tags.
+    /// Text of the template between two tags.
     Data(Text),
-    /// `{`
+    /// The `{` before a value that is written.
     OutputBegin,
-    /// `}`
+    /// The `}` behind a value that is written.
     OutputEnd,
-    /// `{%`
+    /// The `{%` before a tag.
     TagBegin,
-    /// `%}`
+    /// The `%}` behind a tag.
     TagEnd,
     Name(Text),
     Str(Text),
@@ -43,7 +43,7 @@ pub const UNEQUAL: u8 = b'!' | 0x80;
 pub const AT_LEAST: u8 = b'>' | 0x80;
 pub const AT_MOST: u8 = b'<' | 0x80;
 
-/// Where the lexer is.
+/// Part of the template that the lexer is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Data,

@@ -72,7 +72,7 @@ fn decimal(digits: &[u8]) -> Result<Token> {
     digits.iter().try_fold(0, add).map_or_else(|| fail(TOO_LARGE), |value| Ok(Token::Int(value)))
 }
 
-/// What is said of whole numbers beyond 64 bits.
+/// Words about whole numbers beyond 64 bits.
 pub const TOO_LARGE: &str = "whole numbers go up to 9223372036854775807: write a smaller one, or one with a point";
 
 fn whole(reader: &mut Reader<'_>, base: u32) -> Result<Token> {

@@ -1,8 +1,9 @@
 //! Bytes with a few bytes of foresight, lines and columns; every end of a line is one `\n`.
 
-/// Bytes of foresight.
+/// Number of bytes of foresight.
 const AHEAD: usize = 4;
 
+/// Bytes of the source, a few of them looked at before they are taken.
 pub struct Reader<'s> {
     source: &'s mut dyn Iterator<Item = u8>,
     ahead: [u8; AHEAD],
@@ -16,6 +17,7 @@ pub struct Reader<'s> {
 }
 
 impl<'s> Reader<'s> {
+    /// A reader at the beginning of a source.
     pub fn new(source: &'s mut dyn Iterator<Item = u8>) -> Self {
         let raw = source.next();
         let mut reader = Self { source, ahead: [0; AHEAD], count: 0, raw, last: 0, place: (1, 1) };
@@ -52,6 +54,7 @@ impl<'s> Reader<'s> {
         if index < self.count { self.ahead.get(index).copied().unwrap_or(0) } else { 0 }
     }
 
+    /// Whether all bytes are taken.
     pub fn is_at_end(&self) -> bool {
         self.count == 0
     }
@@ -74,7 +77,7 @@ impl<'s> Reader<'s> {
         byte
     }
 
-    /// Takes bytes away.
+    /// Takes so many bytes away.
     pub fn skip(&mut self, count: usize) {
         for _ in 0..count {
             self.take();
@@ -93,6 +96,7 @@ impl<'s> Reader<'s> {
         core::str::from_utf8(bytes).is_ok_and(|text| text.chars().all(crate::chars::is_blank))
     }
 
+    /// Takes the blanks that come next.
     pub fn skip_blanks(&mut self) {
         while self.is_blank() {
             let length = match self.peek(0) {

@@ -1,29 +1,11 @@
-//! Methods of dicts.
+//! Methods of dicts, and how dicts are filled.
 
-use super::{fixed, needed};
-use crate::arguments::{Arguments, Bound};
+use crate::arguments::{Arguments, Bound, needed};
 use crate::fault::{Result, fail};
 use crate::memory::Block;
+use crate::run::containers::fixed;
 use crate::run::{Run, order, wrong};
 use crate::value::{Map, SIZE, Seq, Value};
-
-/// Methods and their arguments.
-pub const METHODS: &[(&str, &str)] = &[
-    ("get", "key default"),
-    ("keys", ""),
-    ("values", ""),
-    ("items", ""),
-    ("update", "mapping"),
-    ("pop", "key default"),
-    ("popitem", ""),
-    ("setdefault", "key default"),
-    ("copy", ""),
-    ("clear", ""),
-    ("__setitem__", "key value"),
-    ("__getitem__", "key"),
-    ("__contains__", "key"),
-    ("__len__", ""),
-];
 
 /// Result of a method of a dict.
 pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: Bound) -> Result<Value> {

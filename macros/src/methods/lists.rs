@@ -1,33 +1,12 @@
 //! Methods of lists and tuples.
 
-use super::{fixed, needed};
-use crate::arguments::Bound;
+use crate::arguments::{Bound, needed};
 use crate::fault::{Result, fail};
 use crate::filters::strings::whole;
 use crate::memory::Block;
-use crate::run::{DEEPEST, Run, order};
-use crate::value::{SIZE, Seq, Value};
-
-/// Methods of lists and their arguments.
-pub const METHODS: &[(&str, &str)] = &[
-    ("append", "object"),
-    ("extend", "iterable"),
-    ("insert", "index object"),
-    ("pop", "index"),
-    ("remove", "value"),
-    ("reverse", ""),
-    ("sort", ""),
-    ("clear", ""),
-    ("copy", ""),
-    ("index", "value"),
-    ("count", "value"),
-    ("__setitem__", "index object"),
-    ("__getitem__", "index"),
-    ("__len__", ""),
-];
-/// Methods of tuples.
-pub const OF_TUPLES: &[(&str, &str)] =
-    &[("index", "value"), ("count", "value"), ("__getitem__", "index"), ("__len__", "")];
+use crate::run::containers::fixed;
+use crate::run::{Run, order};
+use crate::value::{DEEPEST, SIZE, Seq, Value};
 
 /// Result of a method of a list or tuple.
 pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: Bound) -> Result<Value> {

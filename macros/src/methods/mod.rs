@@ -8,31 +8,9 @@ use crate::arguments::Arguments;
 use crate::environment::Kind;
 use crate::fault::{Fault, Result};
 use crate::memory::Text;
+use crate::method_names::methods;
 use crate::run::{Run, undefined, wrong};
-use crate::value::{Map, Seq, Value};
-
-/// Names of the methods of a value, and of each method's arguments.
-fn methods(value: Value) -> &'static [(&'static str, &'static str)] {
-    match value {
-        Value::Str(_) => strings::METHODS,
-        Value::Map(Map::Dict, _) => dicts::METHODS,
-        Value::Seq(Seq::List, _) => lists::METHODS,
-        Value::Seq(Seq::Tuple, _) => lists::OF_TUPLES,
-        Value::Float(_) => &[("is_integer", "")],
-        Value::Object(object) => match object.kind {
-            Kind::Dict => dicts::METHODS,
-            Kind::List => lists::METHODS,
-            Kind::Tuple => lists::OF_TUPLES,
-            Kind::Lookup => &[],
-        },
-        _ => &[],
-    }
-}
-
-/// Whether a name is that of a method of a value.
-pub fn is_method(name: &str, value: Value) -> bool {
-    methods(value).iter().any(|(known, _)| *known == name)
-}
+use crate::value::Value;
 
 /// Result of a method.
 pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Arguments) -> Result<Value> {
@@ -78,14 +56,4 @@ fn of_loop(run: &mut Run<'_, '_>, place: u16, name: Text, arguments: Arguments) 
     }
     let (turn, _) = run.turn(place);
     arguments.position(run, turn as usize % count).ok_or(Fault::new("cycle wants values without names"))
-}
-
-/// An argument that has to be given.
-fn needed(argument: Option<Value>) -> Result<Value> {
-    argument.ok_or(Fault::new("an argument of the function is missing"))
-}
-
-/// The fault that something of the machine's would be changed.
-fn fixed() -> Fault {
-    Fault::new("values of the printer cannot be changed: make a copy with |list, or dict(...), first")
 }

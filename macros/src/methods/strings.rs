@@ -1,7 +1,6 @@
-//! Methods of strings.
+//! Methods of strings, as Python has them.
 
-use super::needed;
-use crate::arguments::{Arguments, Bound};
+use crate::arguments::{Arguments, Bound, needed};
 use crate::chars;
 use crate::fault::{Result, fail};
 use crate::filters::strings::{center, whole};
@@ -9,47 +8,7 @@ use crate::memory::Text;
 use crate::run::{Run, wrong};
 use crate::value::{Seq, Value};
 
-/// Methods and their arguments.
-pub const METHODS: &[(&str, &str)] = &[
-    ("split", "sep maxsplit"),
-    ("rsplit", "sep maxsplit"),
-    ("splitlines", ""),
-    ("format", "*"),
-    ("startswith", "prefix"),
-    ("endswith", "suffix"),
-    ("lower", ""),
-    ("upper", ""),
-    ("capitalize", ""),
-    ("title", ""),
-    ("swapcase", ""),
-    ("strip", "chars"),
-    ("lstrip", "chars"),
-    ("rstrip", "chars"),
-    ("replace", "old new count"),
-    ("join", "iterable"),
-    ("find", "sub"),
-    ("rfind", "sub"),
-    ("index", "sub"),
-    ("count", "sub"),
-    ("isdigit", ""),
-    ("isdecimal", ""),
-    ("isnumeric", ""),
-    ("isalpha", ""),
-    ("isalnum", ""),
-    ("isspace", ""),
-    ("isupper", ""),
-    ("islower", ""),
-    ("zfill", "width"),
-    ("ljust", "width fillchar"),
-    ("rjust", "width fillchar"),
-    ("center", "width fillchar"),
-    ("removeprefix", "prefix"),
-    ("removesuffix", "suffix"),
-    ("partition", "sep"),
-    ("rpartition", "sep"),
-];
-
-/// `text.format(...)`
+/// Result of `text.format(...)`.
 pub fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
     let Value::Str(text) = value else { return fail("only strings have format") };
     crate::format::braces(run, text, &arguments)

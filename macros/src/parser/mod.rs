@@ -1,4 +1,4 @@
-//! Templates to code.
+//! Templates to code, in one pass without a tree.
 
 mod calls;
 mod expressions;
@@ -24,11 +24,12 @@ pub struct Parser<'m, 'a, 's> {
     depth: u8,
     /// Whether a name of a filter may be wrong until it is used, as within `if`.
     is_soft: bool,
-    /// Where the code uses a filter or test that does not exist, and its fault.
+    /// Place in the code of a filter or test that does not exist, and its fault.
     unknown: Option<(usize, Fault)>,
 }
 
 impl<'m, 'a, 's> Parser<'m, 'a, 's> {
+    /// A parser that writes into memory.
     pub fn new(memory: &'m mut Memory<'a>, lexer: Lexer<'s>) -> Self {
         let token = Token::End;
         Self { memory, lexer, token, ahead: None, place: (1, 1), depth: 0, is_soft: false, unknown: None }

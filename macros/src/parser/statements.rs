@@ -53,7 +53,7 @@ struct Open {
     targets: Targets,
 }
 
-/// Where a value is stored: variables, or members of namespaces.
+/// Targets of a value: variables, or members of namespaces.
 #[derive(Clone, Copy, Debug, Default)]
 struct Targets {
     list: [(u16, u16); MOST_TARGETS],
@@ -175,7 +175,7 @@ impl Parser<'_, '_, '_> {
         stack.push(Open { kind: Kind::If, place, branch, ends: 0, again: 0, was_soft, targets })
     }
 
-    /// `elif` and `else`.
+    /// Ends a branch and begins that of `elif` or `else`.
     fn next_branch(&mut self, stack: &mut Stack, has_test: bool) -> Result<()> {
         let Some(mut open) = stack.last() else { return Ok(()) };
         stack.pop();

@@ -1,4 +1,4 @@
-//! Operators and subscripts.
+//! Operators, comparisons and subscripts of values.
 
 use core::cmp::Ordering;
 
@@ -6,8 +6,8 @@ use super::Machine;
 use crate::code::Op;
 use crate::fault::Result;
 use crate::run::order::{Number, contains, equal, number, order};
-use crate::run::{DEEPEST, Run, numbers, wrong};
-use crate::value::Value;
+use crate::run::{Run, numbers, wrong};
+use crate::value::{DEEPEST, Value};
 
 /// Whether a comparison holds.
 pub fn compare(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<bool> {
@@ -53,11 +53,14 @@ impl Machine<'_, '_> {
 
     fn two(&mut self, op: Op, a: Value, b: Value) -> Result<Value> {
         let run = &mut self.run;
+        if let (Op::Modulo, Value::Str(text)) = (op, a) {
+            return crate::format::percent(run, text, b);
+        }
         match op {
             Op::Item => run.item(a, b),
             Op::Join => {
-                let a = run.to_str(a)?;
-                let b = run.to_str(b)?;
+                let a = run.text_of(a)?;
+                let b = run.text_of(b)?;
                 run.join_two(a, b)
             }
             Op::Add | Op::Subtract | Op::Multiply | Op::Divide | Op::FloorDivide | Op::Modulo | Op::Power => {

@@ -122,7 +122,7 @@ impl Machine<'_, '_> {
         Ok(self.run.memory.text_since(start))
     }
 
-    /// Instructions of loops.
+    /// Instructions that begin, go on with and end loops.
     pub fn turn(&mut self, op: Op) -> Result<()> {
         match op {
             Op::ForBegin => self.begin(),
@@ -163,8 +163,8 @@ impl Machine<'_, '_> {
         }
     }
 
-    /// Begins a loop: what it goes through, number of the turn, number of the next element, and what to go back
-    /// to at its end.
+    /// Begins a loop. On the stack are its elements, the number of the turn, the number of the next element,
+    /// and the frame and memory to go back to at its end.
     fn begin(&mut self) -> Result<()> {
         let value = self.run.memory.pop();
         if matches!(value, Value::Loop(_)) || !self.run.is_iterable(value) {

@@ -11,8 +11,8 @@ use crate::lexer::Lexer;
 use crate::memory::{Memory, Text, Use};
 use crate::names;
 use crate::parser::Parser;
-use crate::run::{DEEPEST, Run, VARIABLES, undefined, wrong};
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::run::{Run, VARIABLES, undefined, wrong};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value};
 
 /// Most instructions of a rendering: some seconds on the board.
 const MOST_INSTRUCTIONS: u32 = 2_000_000;
@@ -108,7 +108,7 @@ impl Machine<'_, '_> {
                 }
                 Op::Emit => {
                     let value = self.run.memory.pop();
-                    let text = self.run.to_str(value)?;
+                    let text = self.run.text_of(value)?;
                     self.write(text)?;
                 }
                 Op::None | Op::True | Op::False | Op::Missing | Op::Small | Op::Int | Op::Float | Op::Str => {

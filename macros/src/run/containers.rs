@@ -1,10 +1,10 @@
 //! Lists and dicts that grow, loops as values, and what the machine has made into them.
 
-use super::{DEEPEST, Run, TOO_DEEP, order, wrong};
+use super::{Run, order, wrong};
 use crate::environment::Kind;
-use crate::fault::{Result, fail};
+use crate::fault::{Fault, Result, fail};
 use crate::memory::Text;
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value};
 
 /// Places on the stack that a loop has: what it goes through, where it is, and the loop around it.
 pub const LOOP_PLACES: usize = 4;
@@ -161,7 +161,7 @@ impl Run<'_, '_> {
         (number(1), number(2))
     }
 
-    /// `loop.name`
+    /// Value of an attribute of a loop, as in `loop.index`.
     pub fn loop_attribute(&mut self, place: u16, name: Text) -> Result<Value> {
         let (turn, next) = self.turn(place);
         let length = self.loop_length(place).unwrap_or(0) as i64;
@@ -187,4 +187,9 @@ impl Run<'_, '_> {
             _ => Value::Undefined(name),
         })
     }
+}
+
+/// The fault that something of the machine's would be changed.
+pub fn fixed() -> Fault {
+    Fault::new("values of the printer cannot be changed: make a copy with |list, or dict(...), first")
 }

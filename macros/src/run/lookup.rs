@@ -6,10 +6,24 @@ use crate::fault::{Result, fail};
 use crate::memory::Text;
 use crate::value::{Map, SIZE, Seq, Value};
 
-/// What is said of something that cannot be gone through.
+/// Words about a value that cannot be gone through.
 pub const NOT_ITERABLE: &str = "this cannot be gone through: a list, dict, string or range can";
 
 impl Run<'_, '_> {
+    /// Whether a value counts as true.
+    pub fn truth(&mut self, value: Value) -> bool {
+        match value {
+            Value::Undefined(_) | Value::None => false,
+            Value::Bool(is) => is,
+            Value::Int(int) => int != 0,
+            Value::Float(float) => float != 0.0,
+            Value::Seq(Seq::Once, _) | Value::Map(Map::Namespace, _) => true,
+            Value::Object(object) if object.kind == Kind::Lookup => true,
+            Value::Function(_) | Value::Method => true,
+            _ => self.length(value).is_none_or(|length| length > 0),
+        }
+    }
+
     /// Number of elements; none where a value has none.
     pub fn length(&mut self, value: Value) -> Option<usize> {
         match value {
@@ -34,7 +48,7 @@ impl Run<'_, '_> {
         })
     }
 
-    /// Makes a range.
+    /// Makes a range of three bounds.
     pub fn new_range(&mut self, bounds: [i64; 3]) -> Result<Value> {
         let at = self.memory.top;
         bounds.iter().try_for_each(|bound| self.memory.push_bytes(&bound.to_le_bytes()))?;
@@ -102,7 +116,7 @@ impl Run<'_, '_> {
             Value::Undefined(missing) => Err(undefined(missing)),
             Value::Loop(place) => self.loop_attribute(place, name),
             Value::Map(Map::Namespace, head) => self.get(head, Value::Str(name), name),
-            _ if crate::methods::is_method(self.memory.text(name), value) => Ok(Value::Method),
+            _ if crate::method_names::is_method(self.memory.text(name), value) => Ok(Value::Method),
             Value::Object(object) => {
                 let member = self.kept_member(object, name)?;
                 Ok(member.unwrap_or(Value::Undefined(name)))
@@ -138,10 +152,10 @@ impl Run<'_, '_> {
                 (Kind::List | Kind::Tuple, _) => return self.element_at(value, key),
                 _ => {}
             },
-            Value::Str(_) | Value::Seq(Seq::List | Seq::Tuple, _) | Value::Range(_) => {
-                if !matches!(key, Value::Str(_)) {
-                    return self.element_at(value, key);
-                }
+            Value::Str(_) | Value::Seq(Seq::List | Seq::Tuple, _) | Value::Range(_)
+                if !matches!(key, Value::Str(_)) =>
+            {
+                return self.element_at(value, key);
             }
             _ => {}
         }

@@ -13,11 +13,6 @@ use crate::literal;
 use crate::memory::{Memory, Text};
 use crate::value::{Map, Seq, Value};
 
-/// Deepest values within values.
-pub const DEEPEST: u8 = 8;
-/// Said of values within values beyond that.
-pub const TOO_DEEP: &str = "lists and dicts within each other go down to 8: make them flatter";
-
 /// Length of the head of a container that the machine has given: the next one, its name, its owner.
 const ENTRY: usize = 10;
 /// Owner of the variables.
@@ -51,13 +46,13 @@ impl Run<'_, '_> {
             return Ok(Some(value));
         }
         // Klipper's printer takes names with blanks around them.
-        let name = if object.kind == Kind::Lookup { self.strip(name, None, (true, true)) } else { name };
+        let name = if object.kind == Kind::Lookup { self.memory.trim(name) } else { name };
         let given = self.machine.member(object, self.memory.text(name));
         given.map(|given| Self::take(&mut self.memory, given)).transpose()
     }
 
-    /// Member of an object of the machine's. A container that is made of a literal stays as it is for the rest of
-    /// the rendering, with what the template changes in it.
+    /// Member of an object of the machine's. A container that is made of a literal stays for the rest of the
+    /// rendering, with what the template changes in it.
     pub fn kept_member(&mut self, object: Object, name: Text) -> Result<Option<Value>> {
         let member = self.member(object, name)?;
         if let Some(value @ (Value::Seq(..) | Value::Map(..))) = member
@@ -130,20 +125,6 @@ impl Run<'_, '_> {
     pub fn keep(&mut self) {
         self.memory.keep = self.memory.top;
         self.memory.floor = self.memory.top;
-    }
-
-    /// Whether a value counts as true.
-    pub fn truth(&mut self, value: Value) -> bool {
-        match value {
-            Value::Undefined(_) | Value::None => false,
-            Value::Bool(is) => is,
-            Value::Int(int) => int != 0,
-            Value::Float(float) => float != 0.0,
-            Value::Seq(Seq::Once, _) | Value::Map(Map::Namespace, _) => true,
-            Value::Object(object) if object.kind == Kind::Lookup => true,
-            Value::Function(_) | Value::Method => true,
-            _ => self.length(value).is_none_or(|length| length > 0),
-        }
     }
 }
 

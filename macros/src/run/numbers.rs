@@ -13,9 +13,6 @@ const NO_ARITHMETIC: &str = "no number: make one with |int or |float before it i
 
 /// Result of an operator with two sides.
 pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Value> {
-    if let (Op::Modulo, Value::Str(text)) = (op, a) {
-        return crate::format::percent(run, text, b);
-    }
     if let (Some(a), Some(b)) = (number(a), number(b)) {
         return match (a, b) {
             (Number::Int(a), Number::Int(b)) => integers(op, a, b),
@@ -217,5 +214,6 @@ pub fn read_int(text: &str, base: u32) -> Option<i64> {
 /// A real number cut to a whole one.
 pub fn truncate(float: f64) -> Option<i64> {
     let whole = libm::trunc(float);
-    (-9.223_372_036_854_775_808e18..9.223_372_036_854_775_808e18).contains(&whole).then_some(whole as i64)
+    const LIMIT: f64 = (1_u64 << 63) as f64;
+    (-LIMIT..LIMIT).contains(&whole).then_some(whole as i64)
 }

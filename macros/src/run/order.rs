@@ -2,10 +2,10 @@
 
 use core::cmp::Ordering;
 
-use super::{DEEPEST, Run, TOO_DEEP, undefined, wrong};
+use super::{Run, undefined, wrong};
 use crate::environment::Kind;
 use crate::fault::{Fault, Result, fail};
-use crate::value::{Map, Seq, Value};
+use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value};
 
 /// A value as a number, if it is one.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ fn order_numbers(a: Number, b: Number) -> Option<Ordering> {
 
 /// Order of a whole and a real number, exactly.
 fn order_mixed(a: i64, b: f64) -> Option<Ordering> {
-    const LIMIT: f64 = 9_223_372_036_854_775_808.0;
+    const LIMIT: f64 = (1_u64 << 63) as f64;
     if b.is_nan() {
         return None;
     }

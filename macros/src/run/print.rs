@@ -1,15 +1,15 @@
 //! Values as text: what `str` and `repr` give in Python.
 
-use super::{DEEPEST, Run, TOO_DEEP, wrong};
+use super::{Run, wrong};
 use crate::digits::{Integer, Shortest};
 use crate::environment::Kind;
 use crate::fault::{Result, fail};
 use crate::memory::{Memory, Text};
-use crate::value::{Map, Seq, Value};
+use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value};
 
 impl Run<'_, '_> {
     /// A value as text, as it is written.
-    pub fn to_str(&mut self, value: Value) -> Result<Text> {
+    pub fn text_of(&mut self, value: Value) -> Result<Text> {
         if let Value::Str(text) = value {
             return Ok(text);
         }
@@ -22,7 +22,7 @@ impl Run<'_, '_> {
     }
 
     /// A value as Python's source would have it.
-    pub fn to_repr(&mut self, value: Value) -> Result<Text> {
+    pub fn repr_of(&mut self, value: Value) -> Result<Text> {
         let value = self.settle(value, DEEPEST)?;
         let from = self.memory.top;
         self.write_repr(value, DEEPEST)?;

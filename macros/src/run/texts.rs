@@ -171,7 +171,7 @@ impl Run<'_, '_> {
             if is_strict && !matches!(element, Value::Str(_)) {
                 return Err(super::wrong("only strings can be joined so: use the filter join", element));
             }
-            let text = self.to_str(element)?;
+            let text = self.text_of(element)?;
             joined = if index == 0 { self.memory.copy_text(text)? } else { self.memory.extend(joined, text)? };
         }
         self.use_up(values);

@@ -1,5 +1,5 @@
-//! A machine of JSON. `{"lookup": {...}}` is an object without methods like `printer`, `{"tuple": [...]}` a tuple
-//! and `{"literal": text}` a Python literal.
+//! A machine of JSON. `{"lookup": {...}}` is an object without methods like `printer`, `{"tuple": [...]}` a
+//! tuple and `{"literal": text}` a Python literal.
 
 use macros::{Action, Environment, Given, Kind, Object};
 use serde_json::{Map, Value, json};

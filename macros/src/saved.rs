@@ -1,0 +1,29 @@
+//! Values as Klipper's files have them.
+
+use crate::environment::Nothing;
+use crate::fault::{Error, fail};
+use crate::literal;
+use crate::memory::Memory;
+use crate::run::Run;
+
+/// Writes a Python literal into `output` as Python would write it, and returns its length.
+///
+/// # Errors
+///
+/// The text is no literal of numbers, strings, truth values, `None`, lists, tuples and dicts; memory or
+/// output are too small.
+pub fn rewrite(text: &str, memory: &mut [u8], output: &mut [u8]) -> core::result::Result<usize, Error> {
+    let mut machine = Nothing;
+    let mut memory = Memory::new(memory);
+    memory.is_sealed = true;
+    let mut run = Run { memory, machine: &mut machine, given: 0 };
+    let written = literal::read(&mut run.memory, &mut text.bytes()).and_then(|value| run.repr_of(value));
+    let result = written.and_then(|text| match output.get_mut(..usize::from(text.len)) {
+        Some(place) => {
+            place.copy_from_slice(run.memory.bytes(text));
+            Ok(place.len())
+        }
+        None => fail("the value is too long to be kept"),
+    });
+    result.map_err(|fault| Error::new(fault, (1, 1), &run.memory))
+}
