@@ -199,7 +199,7 @@ fn lists_cannot_be_keys() {
 
 #[test]
 fn texts_are_quoted_in_lists() {
-    becomes("{['it\\'s', 'a\"', '\\n']}", "[\"it's\", 'a\"', '\\\\n']");
+    becomes("{['it\\'s', 'a\"', '\\n']}", "[\"it's\", 'a\"', '\\n']");
 }
 
 #[test]
