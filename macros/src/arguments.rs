@@ -42,7 +42,7 @@ impl Arguments {
                 Use::SpreadNamed => {
                     for part in 0..run.iterate(value)? {
                         let (key, part) = run.entry(value, part)?;
-                        let Value::Str(key) = key else { return Err(Fault::new("names of arguments are strings")) };
+                        let Value::Str(key) = key else { return Err(Fault::new(&"names of arguments are strings")) };
                         // Names have their length before them, as the strings of the template.
                         run.memory.push_word(key.len)?;
                         let name = run.memory.copy_text(key)?;
@@ -101,7 +101,7 @@ impl Arguments {
             }
         }
         if used < self.count {
-            return Err(Fault::of("there are more arguments than these, or one has another name", names));
+            return Err(Fault::of(&run.memory, &"there are more arguments than these, or one has another name", names));
         }
         Ok(bound)
     }
@@ -109,5 +109,5 @@ impl Arguments {
 
 /// An argument that has to be given.
 pub fn needed(argument: Option<Value>) -> Result<Value> {
-    argument.ok_or(Fault::new("an argument is missing"))
+    argument.ok_or(Fault::new(&"an argument is missing"))
 }

@@ -12,12 +12,12 @@ const MOST_DETAIL: usize = 64;
 /// Result inside the crate: the place is added where the line is known.
 pub type Result<T> = core::result::Result<T, Fault>;
 
-/// A fault without its place.
+/// Words of a fault. A thin pointer keeps results small: every function of the crate returns one.
+pub type Words = &'static &'static str;
+
+/// A fault without its place. Its subject waits in the memory until the error is made.
 #[derive(Clone, Copy, Debug)]
-pub struct Fault {
-    pub words: &'static str,
-    pub about: About,
-}
+pub struct Fault(Words);
 
 /// Subject of a fault.
 #[derive(Clone, Copy, Debug)]
@@ -31,23 +31,33 @@ pub enum About {
 
 impl Fault {
     /// A fault that its words describe.
-    pub const fn new(words: &'static str) -> Self {
-        Self { words, about: About::Nothing }
+    pub const fn new(words: Words) -> Self {
+        Self(words)
+    }
+
+    /// A fault about something that is to be named.
+    #[inline(never)]
+    pub fn with(memory: &Memory<'_>, words: Words, about: About) -> Self {
+        memory.about.set(about);
+        Self(words)
     }
 
     /// A fault about a text of the template.
-    pub const fn about(words: &'static str, text: Text) -> Self {
-        Self { words, about: About::Text(text) }
+    #[inline(never)]
+    pub fn about(memory: &Memory<'_>, words: Words, text: Text) -> Self {
+        Self::with(memory, words, About::Text(text))
     }
 
     /// A fault about a type or a function of the language.
-    pub const fn of(words: &'static str, word: &'static str) -> Self {
-        Self { words, about: About::Word(word) }
+    #[inline(never)]
+    pub fn of(memory: &Memory<'_>, words: Words, word: &'static str) -> Self {
+        Self::with(memory, words, About::Word(word))
     }
 }
 
 /// Returns a fault in the form that functions return.
-pub fn fail<T>(words: &'static str) -> Result<T> {
+#[inline(always)]
+pub fn fail<T>(words: Words) -> Result<T> {
     Err(Fault::new(words))
 }
 
@@ -67,7 +77,7 @@ pub struct Error {
 impl Error {
     pub(crate) fn new(fault: Fault, (line, column): (u16, u16), memory: &Memory<'_>) -> Self {
         let mut detail = String::new();
-        match fault.about {
+        match memory.about.get() {
             About::Nothing => {}
             About::Text(text) => memory.text(text).chars().for_each(|char| drop(detail.push(char))),
             About::Word(word) => drop(detail.push_str(word)),
@@ -77,7 +87,7 @@ impl Error {
                 digits.text().bytes().for_each(|byte| drop(detail.push(char::from(byte))));
             }
         }
-        Self { line, column, words: fault.words, detail }
+        Self { line, column, words: fault.0, detail }
     }
 }
 

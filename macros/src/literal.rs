@@ -10,7 +10,7 @@ pub fn read(memory: &mut Memory<'_>, source: &mut dyn Iterator<Item = u8>) -> Re
     let mut reader = Reader { lexer: Lexer::of_literal(source), token: Token::End };
     reader.advance(memory)?;
     let value = reader.values(memory, Token::End, Seq::Tuple, DEEPEST)?;
-    if reader.token == Token::End { Ok(value) } else { fail("something stands behind the value") }
+    if reader.token == Token::End { Ok(value) } else { fail(&"something stands behind the value") }
 }
 
 struct Reader<'s> {
@@ -39,13 +39,13 @@ impl Reader<'_> {
             self.advance(memory)?;
         }
         if self.token != end {
-            return fail("a value does not end where it should: see the brackets and commas");
+            return fail(&"a value does not end where it should: see the brackets and commas");
         }
         if kind == Seq::Tuple && is_one {
             return Ok(memory.value(memory.block(head).data));
         }
         if end == Token::End && memory.block(head).len == 0 {
-            return fail("a value is missing");
+            return fail(&"a value is missing");
         }
         Ok(Value::Seq(kind, head))
     }
@@ -64,7 +64,7 @@ impl Reader<'_> {
                 b"True" => Ok(Value::Bool(true)),
                 b"False" => Ok(Value::Bool(false)),
                 b"None" => Ok(Value::None),
-                _ => Err(Fault::about("this is no value: a text has to stand in quotes", name)),
+                _ => Err(Fault::about(memory, &"this is no value: a text has to stand in quotes", name)),
             },
             Token::Sign(sign @ (b'-' | b'+')) => self.signed(memory, sign == b'-'),
             Token::Sign(b'[') => {
@@ -78,7 +78,7 @@ impl Reader<'_> {
                 Ok(value)
             }
             Token::Sign(b'{') => self.dict(memory, depth - 1),
-            _ => fail("a value is missing: a text has to stand in quotes"),
+            _ => fail(&"a value is missing: a text has to stand in quotes"),
         }
     }
 
@@ -101,7 +101,7 @@ impl Reader<'_> {
         match token {
             Token::Int(value) => Ok(Value::Int(if is_negative { -value } else { value })),
             Token::Float(value) => Ok(Value::Float(if is_negative { -value } else { value })),
-            _ => fail("a number is missing behind the sign"),
+            _ => fail(&"a number is missing behind the sign"),
         }
     }
 
@@ -110,7 +110,7 @@ impl Reader<'_> {
         while self.token != Token::Sign(b'}') {
             let key = self.value(memory, depth)?;
             if self.token != Token::Sign(b':') {
-                return fail("a : is missing behind the key of a dict");
+                return fail(&"a : is missing behind the key of a dict");
             }
             self.advance(memory)?;
             let value = self.value(memory, depth)?;
@@ -121,7 +121,7 @@ impl Reader<'_> {
             self.advance(memory)?;
         }
         if self.token != Token::Sign(b'}') {
-            return fail("a } is missing behind a dict");
+            return fail(&"a } is missing behind a dict");
         }
         self.advance(memory)?;
         Ok(Value::Map(Map::Dict, head))
@@ -131,7 +131,7 @@ impl Reader<'_> {
 /// Writes an entry of a dict; the last of a key stays. Keys are strings, numbers and words, as in JSON.
 fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<()> {
     if matches!(key, Value::Seq(..) | Value::Map(..)) {
-        return fail("the key of a dict is a string or a number here");
+        return fail(&"the key of a dict is a string or a number here");
     }
     let block = memory.block(head);
     let known =

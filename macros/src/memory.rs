@@ -4,6 +4,8 @@
 //! grow behind the code, and the stack before the strings. Nothing is freed one by one: what a statement has
 //! made and nobody keeps goes when the next statement begins.
 
+use core::cell::Cell;
+
 use crate::fault::{About, Fault, Result};
 use crate::value::{self, Value};
 
@@ -72,6 +74,8 @@ pub struct Memory<'a> {
     pub pool: usize,
     /// Whether the strings of the template are complete, so that new ones are values.
     pub is_sealed: bool,
+    /// Subject of the last fault.
+    pub about: Cell<About>,
     /// Most bytes that were in use at once.
     pub peak: usize,
 }
@@ -80,14 +84,25 @@ impl<'a> Memory<'a> {
     /// Memory that is empty.
     pub fn new(bytes: &'a mut [u8]) -> Self {
         let length = bytes.len().min(MOST);
-        Self { bytes, top: 0, low: length, keep: 0, floor: 0, pool: length, is_sealed: false, peak: 0 }
+        Self {
+            bytes,
+            top: 0,
+            low: length,
+            keep: 0,
+            floor: 0,
+            pool: length,
+            is_sealed: false,
+            about: Cell::new(About::Nothing),
+            peak: 0,
+        }
     }
 
+    #[inline(never)]
     fn check(&mut self) -> Result<()> {
         self.peak = self.peak.max(self.top + self.bytes.len().min(MOST) - self.low.min(self.bytes.len()));
         if self.top > self.low {
             let about = About::Number(self.bytes.len());
-            return Err(Fault { words: "bytes of memory are too few for this macro: make it shorter", about });
+            return Err(Fault::with(self, &"bytes of memory are too few for this macro: make it shorter", about));
         }
         Ok(())
     }
@@ -98,6 +113,7 @@ impl<'a> Memory<'a> {
     }
 
     /// The 16 bits at a place.
+    #[inline(never)]
     pub fn word(&self, at: usize) -> u16 {
         u16::from_le_bytes([self.byte(at), self.byte(at + 1)])
     }
@@ -110,6 +126,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Writes 16 bits at a place.
+    #[inline(never)]
     pub fn set_word(&mut self, at: usize, word: u16) {
         for (index, byte) in word.to_le_bytes().into_iter().enumerate() {
             self.set_byte(at + index, byte);
@@ -117,6 +134,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Appends a byte to what grows from the start.
+    #[inline(never)]
     pub fn push_byte(&mut self, byte: u8) -> Result<()> {
         self.top += 1;
         self.check()?;
@@ -125,26 +143,31 @@ impl<'a> Memory<'a> {
     }
 
     /// Appends 16 bits, the low byte first.
+    #[inline(never)]
     pub fn push_word(&mut self, word: u16) -> Result<()> {
         word.to_le_bytes().into_iter().try_for_each(|byte| self.push_byte(byte))
     }
 
     /// Appends bytes of the program.
+    #[inline(never)]
     pub fn push_bytes(&mut self, bytes: &[u8]) -> Result<()> {
         bytes.iter().try_for_each(|byte| self.push_byte(*byte))
     }
 
     /// Appends the text of a character.
+    #[inline(never)]
     pub fn push_char(&mut self, char: char) -> Result<()> {
         self.push_bytes(char.encode_utf8(&mut [0; 4]).as_bytes())
     }
 
     /// Appends a text that is in memory.
+    #[inline(never)]
     pub fn push_text(&mut self, text: Text) -> Result<()> {
         (0..usize::from(text.len)).try_for_each(|index| self.push_byte(self.byte(usize::from(text.at) + index)))
     }
 
     /// Appends a copy of a text.
+    #[inline(never)]
     pub fn copy_text(&mut self, text: Text) -> Result<Text> {
         let from = self.top;
         self.push_text(text)?;
@@ -152,6 +175,7 @@ impl<'a> Memory<'a> {
     }
 
     /// A text with another behind it; what is made between them goes.
+    #[inline(never)]
     pub fn extend(&mut self, text: Text, more: Text) -> Result<Text> {
         let end = usize::from(text.at) + usize::from(text.len);
         let from = usize::from(more.at);
@@ -178,6 +202,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Makes room for bytes; returns where they are.
+    #[inline(never)]
     pub fn reserve(&mut self, count: usize) -> Result<usize> {
         let at = self.top;
         self.top = at.saturating_add(count);
@@ -186,11 +211,13 @@ impl<'a> Memory<'a> {
     }
 
     /// The text that was appended since the top was at a place.
+    #[inline(never)]
     pub fn text_since(&self, from: usize) -> Text {
         Text { at: from as u16, len: self.top.saturating_sub(from) as u16 }
     }
 
     /// Copies a text of the program into memory.
+    #[inline(never)]
     pub fn copy_in(&mut self, text: &str) -> Result<Text> {
         let from = self.top;
         self.push_bytes(text.as_bytes())?;
@@ -198,12 +225,14 @@ impl<'a> Memory<'a> {
     }
 
     /// The bytes of a text.
+    #[inline(never)]
     pub fn bytes(&self, text: Text) -> &[u8] {
         let from = usize::from(text.at);
         self.bytes.get(from..from + usize::from(text.len)).unwrap_or_default()
     }
 
     /// A text as characters; empty if its bytes are none.
+    #[inline(never)]
     pub fn text(&self, text: Text) -> &str {
         core::str::from_utf8(self.bytes(text)).unwrap_or_default()
     }
@@ -222,6 +251,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Moves bytes down to a place before them.
+    #[inline(never)]
     pub fn move_down(&mut self, text: Text, to: usize) -> Text {
         let from = usize::from(text.at);
         if from + usize::from(text.len) <= self.bytes.len() && to <= from {
@@ -241,6 +271,7 @@ impl<'a> Memory<'a> {
 
     /// Puts the bytes since a place, which are at the top, among the strings of the template, if they are not
     /// there yet; returns where they are.
+    #[inline(never)]
     pub fn intern(&mut self, from: usize) -> Result<Text> {
         let new = self.text_since(from);
         if self.is_sealed {
@@ -267,11 +298,13 @@ impl<'a> Memory<'a> {
     }
 
     /// The string of the template that begins at a place.
+    #[inline(never)]
     pub fn interned(&self, at: u16) -> Text {
         Text { at, len: self.word(usize::from(at).saturating_sub(2)) }
     }
 
     /// Reads a value at a place.
+    #[inline(never)]
     pub fn value(&self, at: usize) -> Value {
         let mut payload = [0; 8];
         for (index, byte) in payload.iter_mut().enumerate() {
@@ -281,6 +314,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Writes a value at a place.
+    #[inline(never)]
     pub fn set_value(&mut self, at: usize, value: Value) {
         let (tag, payload) = value.encode();
         self.set_byte(at, tag);
@@ -290,6 +324,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Makes an empty block with room for elements of a size.
+    #[inline(never)]
     pub fn new_block(&mut self, room: usize, size: usize) -> Result<u16> {
         let head = self.reserve(HEAD)?;
         let data = self.reserve(room.saturating_mul(size))?;
@@ -298,6 +333,7 @@ impl<'a> Memory<'a> {
     }
 
     /// The block with its head at a place.
+    #[inline(never)]
     pub fn block(&self, head: u16) -> Block {
         let head = usize::from(head);
         let [data, len, room] = [0, 2, 4].map(|offset| usize::from(self.word(head + offset)));
@@ -305,6 +341,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Writes the head of a block.
+    #[inline(never)]
     pub fn set_block(&mut self, head: u16, block: Block) {
         for (index, word) in [block.data, block.len, block.room].into_iter().enumerate() {
             self.set_word(usize::from(head) + 2 * index, word as u16);
@@ -312,6 +349,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Makes room for one more element of a size; returns its place.
+    #[inline(never)]
     pub fn grow(&mut self, head: u16, size: usize) -> Result<usize> {
         let mut block = self.block(head);
         if block.len == block.room {
@@ -341,14 +379,16 @@ impl<'a> Memory<'a> {
     }
 
     /// Puts a value on the stack.
+    #[inline(never)]
     pub fn push(&mut self, value: Value) -> Result<()> {
         self.push_named(Use::Operand, 0, value)
     }
 
     /// Puts a variable or an argument with its name on the stack.
+    #[inline(never)]
     pub fn push_named(&mut self, kind: Use, name: u16, value: Value) -> Result<()> {
         let Some(low) = self.low.checked_sub(SLOT) else {
-            return Err(Fault::new("the memory is too small for this macro"));
+            return Err(Fault::new(&"the memory is too small for this macro"));
         };
         self.low = low;
         self.check()?;
@@ -359,6 +399,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Takes the last value from the stack.
+    #[inline(never)]
     pub fn pop(&mut self) -> Value {
         let value = self.value(self.low + 3);
         self.low = (self.low + SLOT).min(self.pool);
@@ -366,16 +407,19 @@ impl<'a> Memory<'a> {
     }
 
     /// Takes values from the stack until it has so many.
+    #[inline(never)]
     pub fn cut(&mut self, depth: usize) {
         self.low = self.pool.saturating_sub(depth * SLOT);
     }
 
     /// A value on the stack, counted from its start.
+    #[inline(never)]
     pub fn at(&self, index: usize) -> Value {
         self.value(self.slot(index) + 3)
     }
 
     /// Writes a value on the stack.
+    #[inline(never)]
     pub fn set_at(&mut self, index: usize, value: Value) {
         self.set_value(self.slot(index) + 3, value);
     }
@@ -387,6 +431,7 @@ impl<'a> Memory<'a> {
     }
 
     /// The name of a place on the stack, if it is used so.
+    #[inline(never)]
     pub fn name_at(&self, index: usize, kind: Use) -> Option<u16> {
         let slot = self.slot(index);
         (self.byte(slot) == kind as u8).then(|| self.word(slot + 1))

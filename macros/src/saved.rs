@@ -23,7 +23,7 @@ pub fn rewrite(text: &str, memory: &mut [u8], output: &mut [u8]) -> core::result
             place.copy_from_slice(run.memory.bytes(text));
             Ok(place.len())
         }
-        None => fail("the value is too long to be kept"),
+        None => fail(&"the value is too long to be kept"),
     });
     result.map_err(|fault| Error::new(fault, (1, 1), &run.memory))
 }

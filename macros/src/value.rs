@@ -1,12 +1,13 @@
 //! Values of the language, as Python has them.
 
 use crate::environment::{Kind, Object};
+use crate::fault::Words;
 use crate::memory::Text;
 
 /// Deepest values within values.
 pub const DEEPEST: u8 = 8;
 /// Words about values within values that are deeper.
-pub const TOO_DEEP: &str = "lists and dicts within each other go down to 8: make them flatter";
+pub const TOO_DEEP: Words = &"lists and dicts within each other go down to 8: make them flatter";
 /// Length of a value in memory, bytes.
 pub const SIZE: usize = 9;
 

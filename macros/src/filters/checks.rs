@@ -14,7 +14,7 @@ use crate::value::{DEEPEST, Map, Seq, Value};
 
 /// Whether a test holds.
 pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments) -> Result<bool> {
-    let Some((test, parameters)) = Test::from_number(test) else { return fail("there is no such test") };
+    let Some((test, parameters)) = Test::from_number(test) else { return fail(&"there is no such test") };
     let [first, ..] = arguments.bind(run, parameters)?;
     Ok(match test {
         Test::Defined => !matches!(value, Value::Undefined(_)),

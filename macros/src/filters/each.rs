@@ -31,23 +31,23 @@ fn name(run: &Run<'_, '_>, arguments: Arguments) -> Result<Option<Text>> {
     match arguments.position(run, 0) {
         None => Ok(None),
         Some(Value::Str(name)) => Ok(Some(name)),
-        Some(_) => fail("the name of a filter or test has to stand in quotes"),
+        Some(_) => fail(&"the name of a filter or test has to stand in quotes"),
     }
 }
 
 fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Value> {
     if let Some(name) = name(run, arguments)? {
         let Some(number) = names::filter(run.memory.text(name)) else {
-            return Err(Fault::about("there is no filter of this name", name));
+            return Err(Fault::about(&run.memory, &"there is no filter of this name", name));
         };
         let (map, select) = (names::filter("map"), names::filter("select"));
         if Some(number) == map || Some(number) == select {
-            return fail("map cannot take map or select: use a loop");
+            return fail(&"map cannot take map or select: use a loop");
         }
         return apply_filter(run, number, element, arguments.rest());
     }
     let [attribute, default, ..] = arguments.bind(run, "attribute default")?;
-    let Some(attribute) = attribute else { return fail("map wants the name of a filter, or attribute=") };
+    let Some(attribute) = attribute else { return fail(&"map wants the name of a filter, or attribute=") };
     let found = path_of(run, element, attribute)?;
     let is_missing = matches!(found, Value::Undefined(_));
     Ok(default.filter(|default| is_missing && !matches!(default, Value::None)).unwrap_or(found))
@@ -56,7 +56,7 @@ fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Va
 fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Arguments) -> Result<bool> {
     let (mut subject, mut arguments) = (element, arguments);
     if matches!(filter, Filter::SelectAttr | Filter::RejectAttr) {
-        let Some(path) = arguments.position(run, 0) else { return fail("the name of an attribute is missing") };
+        let Some(path) = arguments.position(run, 0) else { return fail(&"the name of an attribute is missing") };
         subject = path_of(run, element, path)?;
         arguments = arguments.rest();
     }
@@ -64,7 +64,7 @@ fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Argu
         None => run.truth(subject),
         Some(name) => {
             let Some(number) = names::test(run.memory.text(name)) else {
-                return Err(Fault::about("there is no test of this name", name));
+                return Err(Fault::about(&run.memory, &"there is no test of this name", name));
             };
             check(run, number, subject, arguments.rest())?
         }

@@ -20,7 +20,7 @@ use crate::value::Value;
 
 /// Result of a filter.
 pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Arguments) -> Result<Value> {
-    let Some((filter, names)) = Filter::from_number(number) else { return fail("there is no such filter") };
+    let Some((filter, names)) = Filter::from_number(number) else { return fail(&"there is no such filter") };
     if names == "*" {
         return match filter {
             Filter::Format => format(run, value, arguments),
@@ -30,7 +30,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
     let bound = arguments.bind(run, names)?;
     let [first, second, third, _] = bound;
     match filter {
-        Filter::Abs => absolute(value),
+        Filter::Abs => absolute(run, value),
         Filter::Default => {
             let is_strict = second.is_some_and(|second| run.truth(second));
             let is_missing = matches!(value, Value::Undefined(_)) || is_strict && !run.truth(value);
@@ -46,7 +46,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
             Some(length) if !matches!(value, Value::Seq(crate::value::Seq::Once, _)) && is_sized(value) => {
                 Ok(Value::Int(length as i64))
             }
-            _ => Err(wrong("this has no length: a list, dict or string has", value)),
+            _ => Err(wrong(&run.memory, &"this has no length: a list, dict or string has", value)),
         },
         Filter::Min | Filter::Max | Filter::Sort | Filter::DictSort | Filter::Unique => {
             order::apply(run, filter, value, bound)
@@ -65,11 +65,11 @@ fn is_sized(value: Value) -> bool {
     !matches!(value, Value::Object(object) if object.kind == crate::environment::Kind::Lookup)
 }
 
-fn absolute(value: Value) -> Result<Value> {
+fn absolute(run: &Run<'_, '_>, value: Value) -> Result<Value> {
     match number_of(value) {
-        Some(Number::Int(int)) => int.checked_abs().map_or_else(|| fail("too large"), |int| Ok(Value::Int(int))),
+        Some(Number::Int(int)) => int.checked_abs().map_or_else(|| fail(&"too large"), |int| Ok(Value::Int(int))),
         Some(Number::Float(float)) => Ok(Value::Float(libm::fabs(float))),
-        None => Err(wrong("abs wants a number: put |int or |float before it", value)),
+        None => Err(wrong(&run.memory, &"abs wants a number: put |int or |float before it", value)),
     }
 }
 
@@ -78,9 +78,9 @@ fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Op
     let base = match base {
         None => 10,
         Some(Value::Int(base)) => u32::try_from(base).unwrap_or(1),
-        Some(other) => return Err(wrong("a base has to be a whole number", other)),
+        Some(other) => return Err(wrong(&run.memory, &"a base has to be a whole number", other)),
     };
-    let too_large = || Fault::new("whole numbers go up to 9223372036854775807");
+    let too_large = || Fault::new(&"whole numbers go up to 9223372036854775807");
     match value {
         Value::Str(text) => {
             let string = run.memory.text(text);
@@ -92,7 +92,7 @@ fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Op
                 _ => Ok(default),
             }
         }
-        Value::Undefined(name) => Err(undefined(name)),
+        Value::Undefined(name) => Err(undefined(&run.memory, name)),
         _ => match number_of(value) {
             Some(Number::Int(int)) => Ok(Value::Int(int)),
             Some(Number::Float(float)) if float.is_nan() => Ok(default),
@@ -106,7 +106,7 @@ fn float(run: &mut Run<'_, '_>, value: Value, default: Option<Value>) -> Result<
     let default = default.unwrap_or(Value::Float(0.0));
     match value {
         Value::Str(text) => Ok(numbers::read_float(run.memory.text(text)).map_or(default, Value::Float)),
-        Value::Undefined(name) => Err(undefined(name)),
+        Value::Undefined(name) => Err(undefined(&run.memory, name)),
         _ => Ok(match number_of(value) {
             Some(Number::Int(int)) => Value::Float(int as f64),
             Some(Number::Float(float)) => Value::Float(float),
@@ -119,7 +119,7 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
     let precision = match precision.unwrap_or(Value::Int(0)) {
         Value::Int(precision) => precision.clamp(-400, 400) as i32,
         Value::Bool(is) => i32::from(is),
-        other => return Err(wrong("the number of digits has to be whole", other)),
+        other => return Err(wrong(&run.memory, &"the number of digits has to be whole", other)),
     };
     let method = match method {
         None => "common",
@@ -127,7 +127,7 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
         Some(_) => "",
     };
     let Some(number) = number_of(value) else {
-        return Err(wrong("round wants a number: put |int or |float before it", value));
+        return Err(wrong(&run.memory, &"round wants a number: put |int or |float before it", value));
     };
     let float = match number {
         Number::Int(int) => int as f64,
@@ -142,7 +142,7 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
             let whole = if method == "ceil" { libm::ceil(scaled) } else { libm::floor(scaled) };
             Ok(Value::Float(whole / power))
         }
-        _ => fail("the method of round is common, ceil or floor"),
+        _ => fail(&"the method of round is common, ceil or floor"),
     }
 }
 
@@ -155,12 +155,12 @@ fn round_integer(int: i64, precision: i32) -> Result<i64> {
     let down = int.div_euclid(unit);
     let rest = int.rem_euclid(unit);
     let is_up = rest > unit / 2 || rest == unit / 2 && down % 2 != 0;
-    (down + i64::from(is_up)).checked_mul(unit).map_or_else(|| fail("the number is too large"), Ok)
+    (down + i64::from(is_up)).checked_mul(unit).map_or_else(|| fail(&"the number is too large"), Ok)
 }
 
 /// `value|attr("name")`: an attribute, and no member of a dict.
 fn attribute(run: &mut Run<'_, '_>, value: Value, name: Option<Value>) -> Result<Value> {
-    let Value::Str(name) = needed(name)? else { return fail("the name of an attribute is a string") };
+    let Value::Str(name) = needed(name)? else { return fail(&"the name of an attribute is a string") };
     match value {
         Value::Map(crate::value::Map::Namespace, _) | Value::Loop(_) => run.attribute(value, name),
         _ => Ok(Value::Undefined(name)),
@@ -171,7 +171,7 @@ fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<V
     let text: Text = run.text_of(value)?;
     let positions = arguments.positions(run);
     if positions > 0 && positions < arguments.count {
-        return fail("format takes either arguments with names or without");
+        return fail(&"format takes either arguments with names or without");
     }
     let values = if positions == 0 && arguments.count > 0 {
         let map = run.map(crate::value::Map::Dict, arguments.count)?;

@@ -132,13 +132,13 @@ fn sort_dict(run: &mut Run<'_, '_>, value: Value, rule: Rule, by: Option<Value>,
         _ => false,
     };
     if !is_dict {
-        return Err(wrong("dictsort wants a dict", value));
+        return Err(wrong(&run.memory, &"dictsort wants a dict", value));
     }
     let index = match by {
         None => 0,
         Some(Value::Str(by)) if run.memory.is(by, "key") => 0,
         Some(Value::Str(by)) if run.memory.is(by, "value") => 1,
-        Some(_) => return fail("dictsort sorts by key or value"),
+        Some(_) => return fail(&"dictsort sorts by key or value"),
     };
     let head = pairs(run, value)?;
     let rule = Rule { path: Some(Value::Int(index)), ..rule };
@@ -151,7 +151,7 @@ fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
         let element = run.element(value, index)?;
         let key = rule.key(run, element)?;
         if !order::is_hashable(run, key) {
-            return Err(wrong("this cannot be compared by unique", key));
+            return Err(wrong(&run.memory, &"this cannot be compared by unique", key));
         }
         if !order::contains(run, key, Value::Seq(Seq::List, seen))? {
             run.append(seen, key)?;

@@ -18,7 +18,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
         Filter::First => end(run, value, false),
         Filter::Last => {
             if matches!(value, Value::Seq(Seq::Once, _) | Value::Undefined(_)) {
-                return Err(wrong("this has no last element: put |list before it", value));
+                return Err(wrong(&run.memory, &"this has no last element: put |list before it", value));
             }
             end(run, value, true)
         }
@@ -37,8 +37,8 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
         Filter::Random => random(run, value),
         Filter::Reverse => reverse(run, value),
         Filter::Items => items(run, value),
-        Filter::Batch => batch(run, value, whole(needed(first)?)?, second),
-        _ => slices(run, value, whole(needed(first)?)?, second),
+        Filter::Batch => batch(run, value, whole(run, needed(first)?)?, second),
+        _ => slices(run, value, whole(run, needed(first)?)?, second),
     }
 }
 
@@ -86,7 +86,7 @@ pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value
 fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<Value>) -> Result<Value> {
     let mut total = start.unwrap_or(Value::Int(0));
     if matches!(total, Value::Str(_)) {
-        return fail("sum cannot add strings: use join");
+        return fail(&"sum cannot add strings: use join");
     }
     for index in 0..run.iterate(value)? {
         let mut element = run.element(value, index)?;
@@ -108,7 +108,7 @@ fn random(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
         _ => false,
     };
     if !is_sequence {
-        return Err(wrong("random wants a list: put |list before it", value));
+        return Err(wrong(&run.memory, &"random wants a list: put |list before it", value));
     }
     match run.iterate(value)? {
         0 => Ok(Value::Undefined(Text::default())),
@@ -157,7 +157,7 @@ fn items(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
         _ => false,
     };
     if !is_dict {
-        return Err(wrong("items wants a dict", value));
+        return Err(wrong(&run.memory, &"items wants a dict", value));
     }
     pairs(run, value).map(|head| Value::Seq(Seq::Once, head))
 }
@@ -192,7 +192,7 @@ fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) 
     let fill = fill.filter(|fill| !matches!(fill, Value::None));
     let length = run.iterate(value)? as i64;
     if count == 0 {
-        return fail("a list cannot be cut into 0 parts");
+        return fail(&"a list cannot be cut into 0 parts");
     }
     let all = run.memory.new_block(0, SIZE)?;
     let (each, extra) = (length.div_euclid(count), length.rem_euclid(count));

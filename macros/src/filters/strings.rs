@@ -9,11 +9,11 @@ use crate::run::{Run, wrong};
 use crate::value::Value;
 
 /// Whole number that an argument is.
-pub fn whole(value: Value) -> Result<i64> {
+pub fn whole(run: &Run<'_, '_>, value: Value) -> Result<i64> {
     match value {
         Value::Int(value) => Ok(value),
         Value::Bool(is) => Ok(i64::from(is)),
-        other => Err(wrong("a whole number is wanted here", other)),
+        other => Err(wrong(&run.memory, &"a whole number is wanted here", other)),
     }
 }
 
@@ -33,7 +33,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
             let set = match first {
                 None | Some(Value::None) => None,
                 Some(Value::Str(set)) => Some(set),
-                Some(other) => return Err(wrong("trim wants a string", other)),
+                Some(other) => return Err(wrong(&run.memory, &"trim wants a string", other)),
             };
             Ok(Value::Str(run.strip(text, set, (true, true))))
         }
@@ -42,12 +42,12 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
             let new = run.text_of(needed(second)?)?;
             let count = match third {
                 None | Some(Value::None) => -1,
-                Some(count) => whole(count)?,
+                Some(count) => whole(run, count)?,
             };
             run.replace(text, old, new, count)
         }
         Filter::Center => {
-            let width = whole(first.unwrap_or(Value::Int(80)))?;
+            let width = whole(run, first.unwrap_or(Value::Int(80)))?;
             center(run, text, width, ' ')
         }
         Filter::WordCount => {
@@ -70,12 +70,12 @@ pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Resu
 }
 
 fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Value>; 3]) -> Result<Value> {
-    let Value::Str(text) = value else { return Err(wrong("indent wants a string", value)) };
+    let Value::Str(text) = value else { return Err(wrong(&run.memory, &"indent wants a string", value)) };
     let indention = match width.unwrap_or(Value::Int(4)) {
         Value::Str(text) => text,
         other => {
             let from = run.memory.top;
-            (0..whole(other)?).try_for_each(|_| run.memory.push_byte(b' '))?;
+            (0..whole(run, other)?).try_for_each(|_| run.memory.push_byte(b' '))?;
             run.memory.text_since(from)
         }
     };
@@ -112,18 +112,18 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
 
 fn truncate(run: &mut Run<'_, '_>, value: Value, bound: Bound) -> Result<Value> {
     let [length, kill, end, leeway] = bound;
-    let Value::Str(text) = value else { return Err(wrong("truncate wants a string", value)) };
-    let length = whole(length.unwrap_or(Value::Int(255)))?;
-    let leeway = whole(leeway.unwrap_or(Value::Int(5)))?;
+    let Value::Str(text) = value else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
+    let length = whole(run, length.unwrap_or(Value::Int(255)))?;
+    let leeway = whole(run, leeway.unwrap_or(Value::Int(5)))?;
     let end = match end {
         None => run.str("...")?,
         Some(end) => end,
     };
-    let Value::Str(end) = end else { return Err(wrong("the end of truncate is a string", end)) };
+    let Value::Str(end) = end else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
     let count = |run: &Run<'_, '_>, text| run.memory.text(text).chars().count() as i64;
     let rest = length - count(run, end);
     if rest < 0 || leeway < 0 {
-        return fail("the length for truncate is shorter than its end");
+        return fail(&"the length for truncate is shorter than its end");
     }
     if count(run, text) <= length + leeway {
         return Ok(value);

@@ -1,13 +1,13 @@
 //! Values in the places of `%` signs: `"..." % values`.
 
 use super::{Spec, number, write_text};
-use crate::fault::{About, Fault, Result, fail};
+use crate::fault::{About, Fault, Result, Words, fail};
 use crate::memory::Text;
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, wrong};
 use crate::value::{Map, Seq, Value};
 
-const TOO_FEW: &str = "there are fewer values than % signs in the text";
+const TOO_FEW: Words = &"there are fewer values than % signs in the text";
 
 /// Values that are still to be written.
 struct Values {
@@ -37,7 +37,7 @@ pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
         _ => values.next == 0,
     };
     if is_left {
-        return fail("there are more values than % signs in the text");
+        return fail(&"there are more values than % signs in the text");
     }
     Ok(Value::Str(run.memory.text_since(start)))
 }
@@ -62,7 +62,7 @@ impl Values {
     fn take_number(&mut self, run: &Run<'_, '_>) -> Result<usize> {
         match self.take(run)? {
             Value::Int(value) => Ok(usize::try_from(value).unwrap_or(0).min(super::MOST)),
-            value => Err(wrong("a width has to be a whole number", value)),
+            value => Err(wrong(&run.memory, &"a width has to be a whole number", value)),
         }
     }
 }
@@ -76,12 +76,12 @@ fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) 
     let mut named = None;
     if byte(run, at) == b'(' {
         let rest = text.part(at + 1, usize::MAX);
-        let Some(end) = run.memory.text(rest).find(')') else { return fail("a ) is missing behind %(") };
+        let Some(end) = run.memory.text(rest).find(')') else { return fail(&"a ) is missing behind %(") };
         let (name, Value::Map(Map::Dict, head)) = (rest.part(0, end), values.all) else {
-            return fail("%(name) wants a dict behind the %");
+            return fail(&"%(name) wants a dict behind the %");
         };
         let Some(place) = run.find(head, Value::Str(name))? else {
-            return Err(Fault::about("the dict has no value of this name", name));
+            return Err(Fault::about(&run.memory, &"the dict has no value of this name", name));
         };
         named = Some(run.memory.value(place + crate::value::SIZE));
         at += end + 2;
@@ -159,7 +159,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
                 _ => None,
             };
             let Some(whole) = whole else {
-                return Err(wrong("this form wants a whole number: put |int behind the value", value));
+                return Err(wrong(&run.memory, &"this form wants a whole number: put |int behind the value", value));
             };
             if matches!(spec.form, b'i' | b'u') {
                 spec.form = b'd';
@@ -169,19 +169,20 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
         b'e' | b'E' | b'f' | b'F' | b'g' | b'G' => match number_of(value) {
             Some(Number::Int(value)) => super::number::write_real(&mut run.memory, value as f64, &spec),
             Some(Number::Float(value)) => super::number::write_real(&mut run.memory, value, &spec),
-            None => Err(wrong("this form wants a number: put |float behind the value", value)),
+            None => Err(wrong(&run.memory, &"this form wants a number: put |float behind the value", value)),
         },
         b'c' => match value {
             Value::Int(value) => super::number::write_int(&mut run.memory, value, &spec),
             Value::Str(text) if run.memory.text(text).chars().count() == 1 => {
                 write_text(&mut run.memory, text, &Spec { precision: None, ..spec })
             }
-            _ => Err(wrong("this form wants one character", value)),
+            _ => Err(wrong(&run.memory, &"this form wants one character", value)),
         },
-        0 => fail("the text ends behind %: write %% for a % sign"),
-        form => Err(Fault {
-            words: "there is no form of this letter behind %: write %% for a % sign",
-            about: About::Byte(form),
-        }),
+        0 => fail(&"the text ends behind %: write %% for a % sign"),
+        form => Err(Fault::with(
+            &run.memory,
+            &"there is no form of this letter behind %: write %% for a % sign",
+            About::Byte(form),
+        )),
     }
 }

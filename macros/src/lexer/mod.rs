@@ -96,7 +96,7 @@ impl<'s> Lexer<'s> {
             b'.' if self.state == State::Literal => numbers::read(&mut self.reader, memory, true),
             b'a'..=b'z' | b'A'..=b'Z' | b'_' => self.name(memory),
             b'\'' | b'"' => strings::read(&mut self.reader, memory),
-            _ => self.sign(),
+            _ => self.sign(memory),
         }
     }
 
@@ -169,7 +169,7 @@ impl<'s> Lexer<'s> {
             }
             before = byte;
         }
-        fail("a comment that begins with {# has no end: put #} behind it")
+        fail(&"a comment that begins with {# has no end: put #} behind it")
     }
 
     fn end_of_tag(&mut self) -> Option<Token> {
@@ -194,12 +194,12 @@ impl<'s> Lexer<'s> {
             memory.push_byte(self.reader.take())?;
         }
         if !self.reader.peek(0).is_ascii() && !self.reader.is_blank() {
-            return fail("a name may only have the letters a to z, digits and _");
+            return fail(&"a name may only have the letters a to z, digits and _");
         }
         memory.intern(from).map(Token::Name)
     }
 
-    fn sign(&mut self) -> Result<Token> {
+    fn sign(&mut self, memory: &Memory<'_>) -> Result<Token> {
         let first = self.reader.take();
         let second = self.reader.peek(0);
         let is_double = match first {
@@ -213,23 +213,23 @@ impl<'s> Lexer<'s> {
         }
         match first {
             b'(' | b'[' | b'{' => self.open_bracket(first)?,
-            b')' | b']' | b'}' => self.close_bracket(first)?,
+            b')' | b']' | b'}' => self.close_bracket(memory, first)?,
             b'+' | b'-' | b'*' | b'/' | b'%' | b'~' | b'=' | b'<' | b'>' | b'.' | b':' | b'|' | b',' | b';' => {}
-            _ => return Err(Fault { words: "this character has no meaning here", about: About::Byte(first) }),
+            _ => return Err(Fault::with(memory, &"this character has no meaning here", About::Byte(first))),
         }
         Ok(Token::Sign(first))
     }
 
     fn open_bracket(&mut self, bracket: u8) -> Result<()> {
         let Some(place) = self.brackets.get_mut(self.open) else {
-            return fail("too many brackets within brackets: put a part into a variable of its own");
+            return fail(&"too many brackets within brackets: put a part into a variable of its own");
         };
         *place = bracket;
         self.open += 1;
         Ok(())
     }
 
-    fn close_bracket(&mut self, bracket: u8) -> Result<()> {
+    fn close_bracket(&mut self, memory: &Memory<'_>, bracket: u8) -> Result<()> {
         let opening = match bracket {
             b')' => b'(',
             b']' => b'[',
@@ -237,8 +237,8 @@ impl<'s> Lexer<'s> {
         };
         let last = self.open.checked_sub(1).and_then(|last| self.brackets.get(last));
         if last != Some(&opening) {
-            let words = "this bracket closes none that is open: count the brackets";
-            return Err(Fault { words, about: About::Byte(bracket) });
+            let words = &"this bracket closes none that is open: count the brackets";
+            return Err(Fault::with(memory, words, About::Byte(bracket)));
         }
         self.open -= 1;
         Ok(())
@@ -247,7 +247,7 @@ impl<'s> Lexer<'s> {
 
 fn data_token(memory: &mut Memory<'_>, from: usize) -> Result<Token> {
     if core::str::from_utf8(memory.bytes(memory.text_since(from))).is_err() {
-        return fail("the text is not UTF-8: save the file as UTF-8");
+        return fail(&"the text is not UTF-8: save the file as UTF-8");
     }
     memory.intern(from).map(Token::Data)
 }

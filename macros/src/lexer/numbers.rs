@@ -1,6 +1,6 @@
 //! Numbers: whole, in other bases, with point or exponent.
 
-use crate::fault::{Result, fail};
+use crate::fault::{Result, Words, fail};
 use crate::lexer::Token;
 use crate::lexer::reader::Reader;
 use crate::memory::Memory;
@@ -57,23 +57,23 @@ fn digits(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
 fn real(text: &str) -> Result<Token> {
     match gcode::read_f64(text) {
         Some(value) if value.is_finite() => Ok(Token::Float(value)),
-        _ => fail("a number of this size cannot be kept: write a smaller one"),
+        _ => fail(&"a number of this size cannot be kept: write a smaller one"),
     }
 }
 
 fn decimal(digits: &[u8]) -> Result<Token> {
     if digits.first() == Some(&b'0') && digits.iter().any(|digit| *digit != b'0') {
-        return fail("a whole number may not begin with 0: leave it out");
+        return fail(&"a whole number may not begin with 0: leave it out");
     }
     if digits.is_empty() {
-        return fail("a number is missing behind the point");
+        return fail(&"a number is missing behind the point");
     }
     let add = |sum: i64, digit: &u8| sum.checked_mul(10)?.checked_add(i64::from(digit.wrapping_sub(b'0')));
     digits.iter().try_fold(0, add).map_or_else(|| fail(TOO_LARGE), |value| Ok(Token::Int(value)))
 }
 
 /// Words about whole numbers beyond 64 bits.
-pub const TOO_LARGE: &str = "whole numbers go up to 9223372036854775807: write a smaller one, or one with a point";
+pub const TOO_LARGE: Words = &"whole numbers go up to 9223372036854775807: write a smaller one, or one with a point";
 
 fn whole(reader: &mut Reader<'_>, base: u32) -> Result<Token> {
     let mut value: i64 = 0;

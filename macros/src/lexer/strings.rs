@@ -11,7 +11,7 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<Token> {
     let quote = reader.take();
     loop {
         if reader.is_at_end() {
-            return fail("a string has no end: put its quote behind it");
+            return fail(&"a string has no end: put its quote behind it");
         }
         match reader.take() {
             byte if byte == quote => break,
@@ -20,7 +20,7 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<Token> {
         }
     }
     if core::str::from_utf8(memory.bytes(memory.text_since(from))).is_err() {
-        return fail("the text is not UTF-8: save the file as UTF-8");
+        return fail(&"the text is not UTF-8: save the file as UTF-8");
     }
     memory.intern(from).map(Token::Str)
 }
@@ -41,7 +41,7 @@ fn escape(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
         b'x' => hex(reader, 2)?,
         b'u' => hex(reader, 4)?,
         b'U' => hex(reader, 8)?,
-        b'N' => return fail("characters by name are not known: write the character itself"),
+        b'N' => return fail(&"characters by name are not known: write the character itself"),
         _ => {
             memory.push_byte(b'\\')?;
             return memory.push_byte(byte);
@@ -65,10 +65,10 @@ fn hex(reader: &mut Reader<'_>, count: usize) -> Result<char> {
     let mut value: u32 = 0;
     for _ in 0..count {
         let Some(digit) = char::from(reader.peek(0)).to_digit(16) else {
-            return fail("an escape with x, u or U has too few digits");
+            return fail(&"an escape with x, u or U has too few digits");
         };
         reader.take();
         value = value.wrapping_mul(16).wrapping_add(digit);
     }
-    char::from_u32(value).map_or_else(|| fail("there is no character of this number"), Ok)
+    char::from_u32(value).map_or_else(|| fail(&"there is no character of this number"), Ok)
 }

@@ -14,7 +14,7 @@ pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: Bound
         "get" => Ok(member(run, dict, needed(first)?)?.unwrap_or(second.unwrap_or(Value::None))),
         "__getitem__" => match member(run, dict, needed(first)?)? {
             Some(value) => Ok(value),
-            None => fail("the dict has no such key: use get"),
+            None => fail(&"the dict has no such key: use get"),
         },
         "__contains__" => order::contains(run, needed(first)?, dict).map(Value::Bool),
         "__len__" => Ok(Value::Int(run.length(dict).unwrap_or(0) as i64)),
@@ -31,7 +31,7 @@ fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value
         (Value::Object(object), Value::Str(name)) => run.kept_member(object, name),
         (Value::Map(_, head), _) => {
             if !order::is_hashable(run, key) {
-                return Err(wrong("this cannot be the key of a dict", key));
+                return Err(wrong(&run.memory, &"this cannot be the key of a dict", key));
             }
             Ok(run.find(head, key)?.map(|at| run.memory.value(at + SIZE)))
         }
@@ -78,14 +78,14 @@ fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, [first, second, ..]: B
             Ok(Value::None)
         }
         "popitem" => {
-            let Some(last) = block.len.checked_sub(1) else { return fail("the dict is empty") };
+            let Some(last) = block.len.checked_sub(1) else { return fail(&"the dict is empty") };
             let (key, value) = run.entry(dict, last)?;
             run.memory.set_block(head, Block { len: last, ..block });
             run.seq(Seq::Tuple, &[key, value])
         }
         _ => {
             let Some(at) = run.find(head, needed(first)?)? else {
-                return second.map_or_else(|| fail("the dict has no such key: give a second value to pop"), Ok);
+                return second.map_or_else(|| fail(&"the dict has no such key: give a second value to pop"), Ok);
             };
             let value = run.memory.value(at + SIZE);
             run.memory.rotate(at, block.data + block.len * 2 * SIZE, 2 * SIZE);
@@ -107,7 +107,7 @@ pub fn update(run: &mut Run<'_, '_>, dict: Value, arguments: Arguments) -> Resul
 pub fn fill(run: &mut Run<'_, '_>, head: u16, arguments: Arguments) -> Result<()> {
     let positions = arguments.positions(run);
     if positions > 1 {
-        return fail("one dict or list of pairs is taken, not more");
+        return fail(&"one dict or list of pairs is taken, not more");
     }
     if let Some(from) = arguments.position(run, 0) {
         run.put_all(head, from)?;

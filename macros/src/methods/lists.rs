@@ -18,7 +18,7 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: Bound
         "__getitem__" => {
             let key = needed(first)?;
             return match run.item(list, key)? {
-                Value::Undefined(_) => fail("the list has no element of this number"),
+                Value::Undefined(_) => fail(&"the list has no element of this number"),
                 element => Ok(element),
             };
         }
@@ -37,12 +37,12 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: Bound
             run.use_up(more);
         }
         "insert" => {
-            let (at, value) = (place(whole(needed(first)?)?, block.len, true)?, needed(second)?);
+            let (at, value) = (place(whole(run, needed(first)?)?, block.len, true)?, needed(second)?);
             append(run, head, value)?;
             let data = run.memory.block(head).data;
             run.memory.rotate(data + at * SIZE, data + (block.len + 1) * SIZE, (block.len - at) * SIZE);
         }
-        "pop" => return remove_at(run, head, whole(first.unwrap_or(Value::Int(-1)))?),
+        "pop" => return remove_at(run, head, whole(run, first.unwrap_or(Value::Int(-1)))?),
         "remove" => {
             let Value::Int(at) = search(run, list, needed(first)?, false)? else { return Ok(Value::None) };
             remove_at(run, head, at)?;
@@ -57,11 +57,11 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: Bound
         }
         "clear" => run.memory.set_block(head, Block { len: 0, ..block }),
         "__setitem__" => {
-            let (at, value) = (place(whole(needed(first)?)?, block.len, false)?, needed(second)?);
+            let (at, value) = (place(whole(run, needed(first)?)?, block.len, false)?, needed(second)?);
             run.memory.set_value(block.data + at * SIZE, value);
             run.keep();
         }
-        _ => return fail("this function of lists is not known: use the filter sort"),
+        _ => return fail(&"this function of lists is not known: use the filter sort"),
     }
     Ok(Value::None)
 }
@@ -85,7 +85,7 @@ fn place(index: i64, length: usize, may_be_outside: bool) -> Result<usize> {
         return Ok(place.clamp(0, length) as usize);
     }
     if place < 0 || place >= length {
-        return fail("the list has no element of this number");
+        return fail(&"the list has no element of this number");
     }
     Ok(place as usize)
 }
@@ -110,5 +110,5 @@ fn search(run: &mut Run<'_, '_>, list: Value, value: Value, counts: bool) -> Res
             count += 1;
         }
     }
-    if counts { Ok(Value::Int(count)) } else { fail("the value is not in the list: ask with in before") }
+    if counts { Ok(Value::Int(count)) } else { fail(&"the value is not in the list: ask with in before") }
 }

@@ -15,7 +15,7 @@ use crate::value::Value;
 /// Result of a method.
 pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Arguments) -> Result<Value> {
     match value {
-        Value::Undefined(missing) => return Err(undefined(missing)),
+        Value::Undefined(missing) => return Err(undefined(&run.memory, missing)),
         Value::Loop(place) => return of_loop(run, place, name, arguments),
         _ => {}
     }
@@ -26,9 +26,9 @@ pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Argument
             return crate::functions::call(run, number, arguments);
         }
         if let Value::Undefined(missing) = attribute {
-            return Err(undefined(missing));
+            return Err(undefined(&run.memory, missing));
         }
-        return Err(wrong("this cannot be called", attribute));
+        return Err(wrong(&run.memory, &"this cannot be called", attribute));
     };
     if parameters == "*" {
         return strings::format(run, value, arguments);
@@ -48,12 +48,12 @@ pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Argument
 
 fn of_loop(run: &mut Run<'_, '_>, place: u16, name: Text, arguments: Arguments) -> Result<Value> {
     if !run.memory.is(name, "cycle") {
-        return Err(Fault::about("a loop has cycle and no other function", name));
+        return Err(Fault::about(&run.memory, &"a loop has cycle and no other function", name));
     }
     let count = arguments.positions(run);
     if count == 0 {
-        return Err(Fault::new("cycle wants values to take turns"));
+        return Err(Fault::new(&"cycle wants values to take turns"));
     }
     let (turn, _) = run.turn(place);
-    arguments.position(run, turn as usize % count).ok_or(Fault::new("cycle wants values without names"))
+    arguments.position(run, turn as usize % count).ok_or(Fault::new(&"cycle wants values without names"))
 }

@@ -10,21 +10,21 @@ use crate::value::{Seq, Value};
 
 /// Result of `text.format(...)`.
 pub fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
-    let Value::Str(text) = value else { return fail("only strings have format") };
+    let Value::Str(text) = value else { return fail(&"only strings have format") };
     crate::format::braces(run, text, &arguments)
 }
 
-fn string(value: Option<Value>) -> Result<Text> {
+fn string(run: &Run<'_, '_>, value: Option<Value>) -> Result<Text> {
     match needed(value)? {
         Value::Str(text) => Ok(text),
-        other => Err(wrong("a string is wanted here", other)),
+        other => Err(wrong(&run.memory, &"a string is wanted here", other)),
     }
 }
 
-fn optional(value: Option<Value>) -> Result<Option<Text>> {
+fn optional(run: &Run<'_, '_>, value: Option<Value>) -> Result<Option<Text>> {
     match value {
         None | Some(Value::None) => Ok(None),
-        some => string(some).map(Some),
+        some => string(run, some).map(Some),
     }
 }
 
@@ -32,8 +32,8 @@ fn optional(value: Option<Value>) -> Result<Option<Text>> {
 pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: Bound) -> Result<Value> {
     let [first, second, third, _] = bound;
     match name {
-        "split" => run.split(text, optional(first)?, whole(second.unwrap_or(Value::Int(-1)))?),
-        "rsplit" => split_from_end(run, text, optional(first)?, whole(second.unwrap_or(Value::Int(-1)))?),
+        "split" => run.split(text, optional(run, first)?, whole(run, second.unwrap_or(Value::Int(-1)))?),
+        "rsplit" => split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::Int(-1)))?),
         "splitlines" => run.split_lines(text),
         "startswith" | "endswith" => has_end(run, text, needed(first)?, name == "startswith").map(Value::Bool),
         "lower" => run.lower(text),
@@ -45,24 +45,26 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: Bound)
             if to_upper { chars::upper(char) } else { chars::lower(char) }
         }),
         "strip" | "lstrip" | "rstrip" => {
-            Ok(Value::Str(run.strip(text, optional(first)?, (name != "rstrip", name != "lstrip"))))
+            Ok(Value::Str(run.strip(text, optional(run, first)?, (name != "rstrip", name != "lstrip"))))
         }
-        "replace" => run.replace(text, string(first)?, string(second)?, whole(third.unwrap_or(Value::Int(-1)))?),
+        "replace" => {
+            run.replace(text, string(run, first)?, string(run, second)?, whole(run, third.unwrap_or(Value::Int(-1)))?)
+        }
         "join" => run.join(needed(first)?, text, true),
-        "zfill" => fill_zeros(run, text, whole(needed(first)?)?),
+        "zfill" => fill_zeros(run, text, whole(run, needed(first)?)?),
         "ljust" | "rjust" | "center" => justify(run, text, name, first, second),
         "removeprefix" => {
-            let part = string(first)?;
+            let part = string(run, first)?;
             let has = run.memory.text(text).starts_with(run.memory.text(part));
             Ok(Value::Str(if has { text.part(usize::from(part.len), usize::MAX) } else { text }))
         }
         "removesuffix" => {
-            let part = string(first)?;
+            let part = string(run, first)?;
             let has = run.memory.text(text).ends_with(run.memory.text(part));
             Ok(Value::Str(if has { text.part(0, usize::from(text.len - part.len)) } else { text }))
         }
-        "partition" | "rpartition" => partition(run, text, string(first)?, name == "rpartition"),
-        "find" | "rfind" | "index" | "count" => search(run, text, name, string(first)?),
+        "partition" | "rpartition" => partition(run, text, string(run, first)?, name == "rpartition"),
+        "find" | "rfind" | "index" | "count" => search(run, text, name, string(run, first)?),
         _ => Ok(Value::Bool(is_kind(run.memory.text(text), name))),
     }
 }
@@ -90,7 +92,7 @@ fn search(run: &mut Run<'_, '_>, text: Text, name: &str, part: Text) -> Result<V
     };
     match found {
         Some(at) => Ok(Value::Int(string.get(..at).unwrap_or_default().chars().count() as i64)),
-        None if name == "index" => fail("the text is not in the string: ask with in before"),
+        None if name == "index" => fail(&"the text is not in the string: ask with in before"),
         None => Ok(Value::Int(-1)),
     }
 }
@@ -105,13 +107,13 @@ fn has_end(run: &mut Run<'_, '_>, text: Text, end: Value, is_start: bool) -> Res
         Value::Seq(Seq::Tuple, _) => {
             for index in 0..run.iterate(end)? {
                 let element = run.element(end, index)?;
-                if is(run, string(Some(element))?) {
+                if is(run, string(run, Some(element))?) {
                     return Ok(true);
                 }
             }
             Ok(false)
         }
-        other => Err(wrong("a string is wanted here", other)),
+        other => Err(wrong(&run.memory, &"a string is wanted here", other)),
     }
 }
 
@@ -119,7 +121,7 @@ fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, mo
     if most < 0 {
         return run.split(text, separator, most);
     }
-    let Some(separator) = separator else { return fail("rsplit with a count wants the text between the parts") };
+    let Some(separator) = separator else { return fail(&"rsplit with a count wants the text between the parts") };
     let all = run.split(text, Some(separator), -1)?;
     let extra = run.length(all).unwrap_or(0) as i64 - 1 - most;
     if extra <= 0 {
@@ -153,12 +155,12 @@ fn fill_zeros(run: &mut Run<'_, '_>, text: Text, width: i64) -> Result<Value> {
 }
 
 fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, fill: Option<Value>) -> Result<Value> {
-    let width = whole(needed(width)?)?;
+    let width = whole(run, needed(width)?)?;
     let mut fill_char = ' ';
-    if let Some(fill) = optional(fill)? {
+    if let Some(fill) = optional(run, fill)? {
         let mut chars = run.memory.text(fill).chars();
         let (Some(char), None) = (chars.next(), chars.next()) else {
-            return fail("what fills has to be one character");
+            return fail(&"what fills has to be one character");
         };
         fill_char = char;
     }
@@ -174,7 +176,7 @@ fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, 
 fn partition(run: &mut Run<'_, '_>, text: Text, separator: Text, from_end: bool) -> Result<Value> {
     let (string, part) = (run.memory.text(text), run.memory.text(separator));
     if part.is_empty() {
-        return fail("a string cannot be split by an empty one");
+        return fail(&"a string cannot be split by an empty one");
     }
     let found = if from_end { string.rfind(part) } else { string.find(part) };
     let empty = Text { at: text.at, len: 0 };

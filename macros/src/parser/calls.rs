@@ -22,7 +22,7 @@ impl Parser<'_, '_, '_> {
         let mut has_names = false;
         while self.token != Token::Sign(b')') {
             if count > 0 {
-                self.expect(Token::Sign(b','), "a , or ) is missing before this")?;
+                self.expect(Token::Sign(b','), &"a , or ) is missing before this")?;
                 if self.token == Token::Sign(b')') {
                     break;
                 }
@@ -43,7 +43,7 @@ impl Parser<'_, '_, '_> {
                 self.emit_word(Op::Keyword, name.at)?;
                 has_names = true;
             } else if has_names {
-                return fail("arguments without a name have to stand before those with one");
+                return fail(&"arguments without a name have to stand before those with one");
             } else {
                 self.expression()?;
             }
@@ -73,11 +73,11 @@ impl Parser<'_, '_, '_> {
     /// A filter behind its `|`.
     pub fn filter(&mut self) -> Result<()> {
         self.advance()?;
-        let name = self.expect_name("the name of a filter is missing before this")?;
+        let name = self.expect_name(&"the name of a filter is missing before this")?;
         let count = if self.token == Token::Sign(b'(') { self.arguments()? } else { 0 };
         match names::filter(self.memory.text(name)) {
             Some(number) => self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8),
-            None => self.unknown(Fault::about("there is no filter of this name", name), name),
+            None => self.unknown(Fault::about(self.memory, &"there is no filter of this name", name), name),
         }
     }
 
@@ -92,12 +92,12 @@ impl Parser<'_, '_, '_> {
     fn test(&mut self) -> Result<()> {
         self.advance()?;
         let is_negated = self.skip_name("not")?;
-        let name = self.expect_name("the name of a test is missing behind is")?;
+        let name = self.expect_name(&"the name of a test is missing behind is")?;
         let count = match self.token {
             Token::Sign(b'(') => self.arguments()?,
             Token::Name(next) if matches!(self.memory.bytes(next), b"else" | b"or" | b"and") => 0,
             Token::Name(next) if self.memory.is(next, "is") => {
-                return fail("two tests cannot follow each other: put the first in parentheses");
+                return fail(&"two tests cannot follow each other: put the first in parentheses");
             }
             Token::Name(_) | Token::Str(_) | Token::Int(_) | Token::Float(_) | Token::Sign(b'[' | b'{') => {
                 self.primary()?;
@@ -108,7 +108,7 @@ impl Parser<'_, '_, '_> {
         };
         match names::test(self.memory.text(name)) {
             Some(number) => self.emit_word(Op::Test, u16::from(number) | u16::from(count) << 8)?,
-            None => self.unknown(Fault::about("there is no test of this name", name), name)?,
+            None => self.unknown(Fault::about(self.memory, &"there is no test of this name", name), name)?,
         }
         if is_negated { self.emit(Op::Not) } else { Ok(()) }
     }

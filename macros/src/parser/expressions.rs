@@ -42,7 +42,7 @@ impl Parser<'_, '_, '_> {
             is_tuple = true;
         }
         if count == 0 && !form.in_parentheses {
-            return Err(self.unexpected("a value is missing here"));
+            return Err(self.unexpected(&"a value is missing here"));
         }
         if is_tuple || count == 0 {
             self.emit_word(Op::Tuple, count)?;

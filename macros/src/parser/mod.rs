@@ -6,7 +6,7 @@ mod primary;
 mod statements;
 
 use crate::code::{self, Op};
-use crate::fault::{About, Fault, Result};
+use crate::fault::{About, Fault, Result, Words};
 use crate::lexer::{Lexer, Token};
 use crate::memory::{Memory, Text};
 
@@ -83,14 +83,14 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
         Ok(is)
     }
 
-    fn expect(&mut self, token: Token, words: &'static str) -> Result<()> {
+    fn expect(&mut self, token: Token, words: Words) -> Result<()> {
         if self.token != token {
             return Err(self.unexpected(words));
         }
         self.advance().map(drop)
     }
 
-    fn expect_name(&mut self, words: &'static str) -> Result<Text> {
+    fn expect_name(&mut self, words: Words) -> Result<Text> {
         match self.token {
             Token::Name(name) => {
                 self.advance()?;
@@ -101,7 +101,7 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
     }
 
     /// The fault that the current token is another one than it should be.
-    fn unexpected(&self, words: &'static str) -> Fault {
+    fn unexpected(&self, words: Words) -> Fault {
         let about = match self.token {
             Token::Name(text) | Token::Str(text) => About::Text(text),
             Token::Sign(sign) => About::Byte(sign & 0x7f),
@@ -111,7 +111,7 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
             Token::End => About::Word("end of the template"),
             Token::Data(_) | Token::OutputBegin | Token::TagBegin => About::Nothing,
         };
-        Fault { words, about }
+        Fault::with(self.memory, words, about)
     }
 
     fn emit(&mut self, op: Op) -> Result<()> {
@@ -135,7 +135,7 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
     fn deeper(&mut self) -> Result<()> {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return crate::fault::fail("an expression of too many parts: put some into variables of their own");
+            return crate::fault::fail(&"an expression of too many parts: put some into variables of their own");
         }
         Ok(())
     }

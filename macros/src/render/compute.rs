@@ -37,7 +37,7 @@ impl Machine<'_, '_> {
         let result = match (op, name) {
             (_, Some(name)) => run.attribute(last, name)?,
             (Op::Not, _) => Value::Bool(!run.truth(last)),
-            (Op::Negative | Op::Positive, _) => sign(last, op == Op::Negative)?,
+            (Op::Negative | Op::Positive, _) => sign(run, last, op == Op::Negative)?,
             (Op::Slice, _) => {
                 let (to, from) = (run.memory.pop(), run.memory.pop());
                 let value = run.memory.pop();
@@ -71,10 +71,10 @@ impl Machine<'_, '_> {
     }
 }
 
-fn sign(value: Value, is_negative: bool) -> Result<Value> {
+fn sign(run: &Run<'_, '_>, value: Value, is_negative: bool) -> Result<Value> {
     match number(value) {
         Some(Number::Int(int)) => Ok(Value::Int(if is_negative { int.wrapping_neg() } else { int })),
         Some(Number::Float(float)) => Ok(Value::Float(if is_negative { -float } else { float })),
-        None => Err(wrong("no number: make one with |int or |float before its sign is changed", value)),
+        None => Err(wrong(&run.memory, &"no number: make one with |int or |float before its sign is changed", value)),
     }
 }

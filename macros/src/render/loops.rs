@@ -32,7 +32,8 @@ impl Machine<'_, '_> {
                 let value = self.run.memory.pop();
                 let Value::Map(Map::Namespace, head) = self.variable(name)? else {
                     return Err(Fault::about(
-                        "only members of a namespace can be set: make one with namespace()",
+                        &self.run.memory,
+                        &"only members of a namespace can be set: make one with namespace()",
                         name,
                     ));
                 };
@@ -80,7 +81,7 @@ impl Machine<'_, '_> {
         let value = self.run.memory.pop();
         let length = self.run.iterate(value)?;
         if length != count {
-            return fail("the value has another number of parts than there are names");
+            return fail(&"the value has another number of parts than there are names");
         }
         for index in (0..count).rev() {
             let part = self.run.element(value, index)?;
@@ -168,7 +169,7 @@ impl Machine<'_, '_> {
     fn begin(&mut self) -> Result<()> {
         let value = self.run.memory.pop();
         if matches!(value, Value::Loop(_)) || !self.run.is_iterable(value) {
-            return Err(wrong(crate::run::lookup::NOT_ITERABLE, value));
+            return Err(wrong(&self.run.memory, crate::run::lookup::NOT_ITERABLE, value));
         }
         let value = self.keep(value);
         let back = (self.frame as i64) << 16 | self.run.memory.keep as i64;

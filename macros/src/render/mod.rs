@@ -131,7 +131,7 @@ impl Machine<'_, '_> {
                 _ => self.compute(op)?,
             }
         }
-        fail("the macro takes too long: make its loops shorter")
+        fail(&"the macro takes too long: make its loops shorter")
     }
 
     fn byte(&mut self) -> u8 {
@@ -157,7 +157,11 @@ impl Machine<'_, '_> {
         let bytes = self.run.memory.bytes(text);
         let Some(place) = self.output.get_mut(self.written..self.written + bytes.len()) else {
             let about = crate::fault::About::Number(self.output.len());
-            return Err(Fault { words: "bytes of lines are the most that a macro may have: make it shorter", about });
+            return Err(Fault::with(
+                &self.run.memory,
+                &"bytes of lines are the most that a macro may have: make it shorter",
+                about,
+            ));
         };
         place.copy_from_slice(bytes);
         self.written += bytes.len();
@@ -273,7 +277,7 @@ impl Machine<'_, '_> {
     fn call(&mut self, op: Op) -> Result<()> {
         if op == Op::Unknown {
             let name = self.string();
-            return Err(Fault::about("there is no filter or test of this name", name));
+            return Err(Fault::about(&self.run.memory, &"there is no filter or test of this name", name));
         }
         let (word, count) = match op {
             Op::Method => (self.word(), self.byte()),
@@ -290,8 +294,8 @@ impl Machine<'_, '_> {
             (Op::Test, _) => Value::Bool(crate::filters::check(run, word as u8, subject, arguments)?),
             (Op::Method, _) => crate::methods::call(run, subject, run.memory.interned(word), arguments)?,
             (_, Value::Function(number)) => crate::functions::call(run, number, arguments)?,
-            (_, Value::Undefined(name)) => return Err(undefined(name)),
-            _ => return Err(wrong("this cannot be called", subject)),
+            (_, Value::Undefined(name)) => return Err(undefined(&run.memory, name)),
+            _ => return Err(wrong(&run.memory, &"this cannot be called", subject)),
         };
         self.run.memory.cut(first.saturating_sub(1));
         self.run.memory.push(result)

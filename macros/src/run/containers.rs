@@ -26,7 +26,7 @@ impl Run<'_, '_> {
     /// Writes an entry of a dict.
     pub fn put(&mut self, head: u16, key: Value, value: Value) -> Result<()> {
         if !order::is_hashable(self, key) {
-            return Err(wrong("this cannot be the key of a dict", key));
+            return Err(wrong(&self.memory, &"this cannot be the key of a dict", key));
         }
         let at = match self.find(head, key)? {
             Some(at) => at,
@@ -70,7 +70,7 @@ impl Run<'_, '_> {
         for index in 0..self.iterate(from)? {
             let pair = self.element(from, index)?;
             if self.iterate(pair)? != 2 {
-                return fail("a dict is made of pairs of a key and a value");
+                return fail(&"a dict is made of pairs of a key and a value");
             }
             let (key, value) = (self.element(pair, 0)?, self.element(pair, 1)?);
             self.put(head, key, value)?;
@@ -168,7 +168,7 @@ impl Run<'_, '_> {
         let word = self.memory.text(name);
         let needs_rest = matches!(word, "last" | "length" | "revindex" | "revindex0" | "nextitem" | "previtem");
         if needs_rest && turn + 1 != next {
-            return fail("a loop with if does not know its end: make a list with select before it");
+            return fail(&"a loop with if does not know its end: make a list with select before it");
         }
         let at = usize::from(place);
         Ok(match word {
@@ -191,5 +191,5 @@ impl Run<'_, '_> {
 
 /// The fault that something of the machine's would be changed.
 pub fn fixed() -> Fault {
-    Fault::new("values of the printer cannot be changed: make a copy with |list, or dict(...), first")
+    Fault::new(&"values of the printer cannot be changed: make a copy with |list, or dict(...), first")
 }

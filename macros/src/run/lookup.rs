@@ -2,12 +2,12 @@
 
 use super::{Run, undefined, wrong};
 use crate::environment::Kind;
-use crate::fault::{Result, fail};
+use crate::fault::{Result, Words, fail};
 use crate::memory::Text;
 use crate::value::{Map, SIZE, Seq, Value};
 
 /// Words about a value that cannot be gone through.
-pub const NOT_ITERABLE: &str = "this cannot be gone through: a list, dict, string or range can";
+pub const NOT_ITERABLE: Words = &"this cannot be gone through: a list, dict, string or range can";
 
 impl Run<'_, '_> {
     /// Whether a value counts as true.
@@ -78,10 +78,10 @@ impl Run<'_, '_> {
     /// Number of elements of what is gone through; a fault where it cannot be.
     pub fn iterate(&mut self, value: Value) -> Result<usize> {
         if matches!(value, Value::Loop(_)) || !self.is_iterable(value) {
-            return Err(wrong(NOT_ITERABLE, value));
+            return Err(wrong(&self.memory, NOT_ITERABLE, value));
         }
         match self.length(value).unwrap_or(0) {
-            length if length > usize::from(u16::MAX) => fail("a range of more than 65535 numbers is too long here"),
+            length if length > usize::from(u16::MAX) => fail(&"a range of more than 65535 numbers is too long here"),
             length => Ok(length),
         }
     }
@@ -113,7 +113,7 @@ impl Run<'_, '_> {
     /// Attribute of a value by name: `value.name`.
     pub fn attribute(&mut self, value: Value, name: Text) -> Result<Value> {
         match value {
-            Value::Undefined(missing) => Err(undefined(missing)),
+            Value::Undefined(missing) => Err(undefined(&self.memory, missing)),
             Value::Loop(place) => self.loop_attribute(place, name),
             Value::Map(Map::Namespace, head) => self.get(head, Value::Str(name), name),
             _ if crate::method_names::is_method(self.memory.text(name), value) => Ok(Value::Method),
@@ -135,7 +135,7 @@ impl Run<'_, '_> {
     pub fn item(&mut self, value: Value, key: Value) -> Result<Value> {
         let name = if let Value::Str(text) = key { text } else { Text::default() };
         match value {
-            Value::Undefined(missing) => return Err(undefined(missing)),
+            Value::Undefined(missing) => return Err(undefined(&self.memory, missing)),
             Value::Map(Map::Dict, head) => {
                 if super::order::is_hashable(self, key)
                     && let Some(at) = self.find(head, key)?
@@ -186,13 +186,13 @@ impl Run<'_, '_> {
             _ => false,
         };
         if !is_sequence {
-            return Err(wrong("this has no slices: a list, tuple or string has", value));
+            return Err(wrong(&self.memory, &"this has no slices: a list, tuple or string has", value));
         }
         let length = self.length(value).unwrap_or(0) as i64;
         let [from, to, step] = bounds;
         let step = self.bound(step)?.unwrap_or(1);
         if step == 0 {
-            return fail("the step of a slice may not be 0");
+            return fail(&"the step of a slice may not be 0");
         }
         let (least, most) = if step < 0 { (-1, length - 1) } else { (0, length) };
         let clamp = |bound: i64| (if bound < 0 { bound.saturating_add(length) } else { bound }).clamp(least, most);
@@ -211,7 +211,7 @@ impl Run<'_, '_> {
             Value::None => Ok(None),
             Value::Int(index) => Ok(Some(index)),
             Value::Bool(is) => Ok(Some(i64::from(is))),
-            _ => Err(wrong("the bounds of a slice are whole numbers", bound)),
+            _ => Err(wrong(&self.memory, &"the bounds of a slice are whole numbers", bound)),
         }
     }
 

@@ -8,7 +8,7 @@ pub mod print;
 pub mod texts;
 
 use crate::environment::{Environment, Given, Kind, Object};
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::literal;
 use crate::memory::{Memory, Text};
 use crate::value::{Map, Seq, Value};
@@ -129,14 +129,16 @@ impl Run<'_, '_> {
 }
 
 /// The fault that a value has the wrong type.
-pub fn wrong(words: &'static str, value: Value) -> Fault {
+#[inline(never)]
+pub fn wrong(memory: &Memory<'_>, words: Words, value: Value) -> Fault {
     if let Value::Undefined(name) = value {
-        return undefined(name);
+        return undefined(memory, name);
     }
-    Fault::of(words, value.kind())
+    Fault::of(memory, words, value.kind())
 }
 
 /// The fault that something is used that is not there.
-pub fn undefined(name: Text) -> Fault {
-    Fault::about("this is not there: correct the name, or put |default(...) behind it", name)
+#[inline(never)]
+pub fn undefined(memory: &Memory<'_>, name: Text) -> Fault {
+    Fault::about(memory, &"this is not there: correct the name, or put |default(...) behind it", name)
 }

@@ -4,12 +4,12 @@ use super::order::{Number, number};
 use super::{Run, undefined, wrong};
 use crate::code::Op;
 use crate::environment::Kind;
-use crate::fault::{Result, fail};
+use crate::fault::{Result, Words, fail};
 use crate::value::{Seq, Value};
 
-const OVERFLOW: &str = "the result is beyond 64 bits: calculate with a point, as in 1.0";
-const BY_ZERO: &str = "nothing can be divided by zero";
-const NO_ARITHMETIC: &str = "no number: make one with |int or |float before it is calculated with";
+const OVERFLOW: Words = &"the result is beyond 64 bits: calculate with a point, as in 1.0";
+const BY_ZERO: Words = &"nothing can be divided by zero";
+const NO_ARITHMETIC: Words = &"no number: make one with |int or |float before it is calculated with";
 
 /// Result of an operator with two sides.
 pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Value> {
@@ -20,10 +20,10 @@ pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Va
         };
     }
     match (op, a, b) {
-        (_, Value::Undefined(name), _) | (_, _, Value::Undefined(name)) => Err(undefined(name)),
+        (_, Value::Undefined(name), _) | (_, _, Value::Undefined(name)) => Err(undefined(&run.memory, name)),
         (Op::Add, ..) => add(run, a, b),
         (Op::Multiply, ..) => repeat(run, a, b),
-        _ => Err(wrong(NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
+        _ => Err(wrong(&run.memory, NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
     }
 }
 
@@ -92,14 +92,14 @@ fn floor_division(a: f64, b: f64) -> (f64, f64) {
 
 fn power(a: f64, b: f64) -> Result<f64> {
     if a == 0.0 && b < 0.0 {
-        return fail("zero has no negative power");
+        return fail(&"zero has no negative power");
     }
     if a < 0.0 && a.is_finite() && b.is_finite() && b != libm::trunc(b) {
-        return fail("a negative number has only whole powers");
+        return fail(&"a negative number has only whole powers");
     }
     let result = libm::pow(a, b);
     if result.is_infinite() && a.is_finite() && b.is_finite() {
-        return fail("the result is too large");
+        return fail(&"the result is too large");
     }
     Ok(result)
 }
@@ -120,12 +120,12 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
             Ok(sum)
         }
         _ => {
-            let words = match (a, b) {
-                (Value::Str(_), _) | (_, Value::Str(_)) => "this cannot be added to a string: join them with ~",
+            let words: Words = match (a, b) {
+                (Value::Str(_), _) | (_, Value::Str(_)) => &"this cannot be added to a string: join them with ~",
                 _ => NO_ARITHMETIC,
             };
             let is_first = number(a).is_some() || matches!(a, Value::Str(_));
-            Err(wrong(words, if is_first { b } else { a }))
+            Err(wrong(&run.memory, words, if is_first { b } else { a }))
         }
     }
 }
@@ -144,7 +144,7 @@ fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
     let (value, count) = match (a, b) {
         (value, Value::Int(count)) | (Value::Int(count), value) => (value, count.max(0)),
         (value, Value::Bool(is)) | (Value::Bool(is), value) => (value, i64::from(is)),
-        _ => return Err(wrong(NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
+        _ => return Err(wrong(&run.memory, NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
     };
     if let Value::Str(text) = value {
         let from = run.memory.top;
@@ -153,7 +153,7 @@ fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
         }
         return Ok(Value::Str(run.memory.text_since(from)));
     }
-    let Some(kind) = sequence_kind(value) else { return Err(wrong(NO_ARITHMETIC, value)) };
+    let Some(kind) = sequence_kind(value) else { return Err(wrong(&run.memory, NO_ARITHMETIC, value)) };
     let head = run.memory.new_block(0, crate::value::SIZE)?;
     let length = run.iterate(value)?;
     for _ in 0..if length == 0 { 0 } else { count } {

@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 
 use super::{Run, undefined, wrong};
 use crate::environment::Kind;
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result, Words, fail};
 use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value};
 
 /// A value as a number, if it is one.
@@ -159,18 +159,18 @@ pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Opt
     }
     match (a, b) {
         (Value::Str(a), Value::Str(b)) => return Ok(Some(run.memory.bytes(a).cmp(run.memory.bytes(b)))),
-        (Value::Undefined(name), _) | (_, Value::Undefined(name)) => return Err(undefined(name)),
+        (Value::Undefined(name), _) | (_, Value::Undefined(name)) => return Err(undefined(&run.memory, name)),
         _ => {}
     }
     if sequence(a).is_none() || sequence(a) != sequence(b) {
-        let words = match (a, b) {
+        let words: Words = match (a, b) {
             (Value::Str(_), _) | (_, Value::Str(_)) => {
-                "a string and this have no order: make a number of the string with |int or |float"
+                &"a string and this have no order: make a number of the string with |int or |float"
             }
-            _ => "these have no order: compare numbers with numbers and strings with strings",
+            _ => &"these have no order: compare numbers with numbers and strings with strings",
         };
         let subject = if matches!(a, Value::Str(_)) { b } else { a };
-        return Err(Fault::of(words, subject.kind()));
+        return Err(Fault::of(&run.memory, words, subject.kind()));
     }
     let (length, other) = (run.length(a).unwrap_or(0), run.length(b).unwrap_or(0));
     for index in 0..length.min(other) {
@@ -187,13 +187,13 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
     match holder {
         Value::Str(text) => {
             let Value::Str(part) = value else {
-                return Err(wrong("only a string can be in a string: put |string behind it", value));
+                return Err(wrong(&run.memory, &"only a string can be in a string: put |string behind it", value));
             };
             Ok(run.memory.text(text).contains(run.memory.text(part)))
         }
         Value::Map(Map::Dict, head) => {
             if !is_hashable(run, value) {
-                return Err(wrong("this cannot be the key of a dict", value));
+                return Err(wrong(&run.memory, &"this cannot be the key of a dict", value));
             }
             Ok(run.find(head, value)?.is_some())
         }

@@ -41,13 +41,15 @@ impl Run<'_, '_> {
             Value::Int(int) => write_int(&mut self.memory, int),
             Value::Float(float) => write_float(&mut self.memory, float),
             Value::Str(text) => self.write_quoted(text),
-            Value::Seq(Seq::Once, _) => fail("the result of a filter has to be made a list first: put |list behind it"),
+            Value::Seq(Seq::Once, _) => {
+                fail(&"the result of a filter has to be made a list first: put |list behind it")
+            }
             Value::Seq(kind, head) => self.write_seq(kind, head, depth),
             Value::Map(kind, head) => self.write_map(kind, head, depth),
             Value::Range(at) => self.write_range(at),
             Value::Object(object) if object.kind != Kind::Lookup => fail(TOO_DEEP),
             Value::Object(_) | Value::Function(_) | Value::Method | Value::Loop(_) => {
-                Err(wrong("this has no text: write one of its members", value))
+                Err(wrong(&self.memory, &"this has no text: write one of its members", value))
             }
         }
     }
