@@ -1,4 +1,5 @@
-//! Characters as Python sorts them.
+//! Characters as Python sorts them, and texts searched with little code: the library's search is made for long
+//! texts.
 
 /// Whether Python's `str.strip` and `str.split` take the character for a blank.
 pub fn is_blank(char: char) -> bool {
@@ -34,4 +35,33 @@ pub fn upper(char: char) -> char {
         _ => code,
     };
     char::from_u32(upper).unwrap_or(char)
+}
+
+/// Whether a character is a letter or a digit: of those beyond Latin all that are no signs.
+pub fn is_word(char: char) -> bool {
+    char.is_ascii_alphanumeric()
+        || matches!(char, 'ª' | 'µ' | 'º' | 'À'..='Ö' | 'Ø'..='ö' | 'ø'..='\u{1fff}' | '\u{2c00}'..='\u{2fef}')
+        || matches!(char, '\u{3040}'..='\u{d7ff}' | '\u{f900}'..='\u{fdff}' | '\u{ff66}'..='\u{ffdc}')
+}
+
+/// Number of characters.
+#[inline(never)]
+pub fn count(text: &str) -> usize {
+    text.bytes().filter(|byte| byte & 0xc0 != 0x80).count()
+}
+
+/// First place of a part in a text from a place on, in bytes.
+#[inline(never)]
+pub fn find(text: &str, part: &str, from: usize) -> Option<usize> {
+    (from..=text.len()).find(|at| starts_at(text, part, *at))
+}
+
+/// Last place of a part in a text, in bytes.
+#[inline(never)]
+pub fn find_last(text: &str, part: &str) -> Option<usize> {
+    (0..=text.len()).rev().find(|at| starts_at(text, part, *at))
+}
+
+fn starts_at(text: &str, part: &str, at: usize) -> bool {
+    text.is_char_boundary(at) && text.as_bytes().get(at..at + part.len()) == Some(part.as_bytes())
 }

@@ -137,10 +137,10 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
         ("common", Number::Int(int)) => round_integer(int, precision).map(Value::Int),
         ("common", Number::Float(float)) => Ok(Value::Float(digits::rounded(float, precision))),
         ("ceil" | "floor", _) => {
-            let power = libm::exp10(f64::from(precision));
-            let scaled = float * power;
+            let power = (0..precision.unsigned_abs()).fold(1.0, |power, _| power * 10.0);
+            let scaled = if precision < 0 { float * (1.0 / power) } else { float * power };
             let whole = if method == "ceil" { libm::ceil(scaled) } else { libm::floor(scaled) };
-            Ok(Value::Float(whole / power))
+            Ok(Value::Float(if precision < 0 { whole / (1.0 / power) } else { whole / power }))
         }
         _ => fail(&"the method of round is common, ceil or floor"),
     }

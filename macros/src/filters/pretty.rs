@@ -69,7 +69,7 @@ fn move_up(run: &mut Run<'_, '_>, map: Value, head: u16, last: usize) -> Result<
 fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth: u8) -> Result<()> {
     let from = run.memory.top;
     run.write_repr(value, depth)?;
-    let width = run.memory.text(run.memory.text_since(from)).chars().count();
+    let width = crate::chars::count(run.memory.text(run.memory.text_since(from)));
     let length = match value {
         Value::Map(Map::Dict, head) | Value::Seq(Seq::List | Seq::Tuple, head) => run.memory.block(head).len,
         _ => 0,
@@ -96,7 +96,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
             let from = run.memory.top;
             run.write_repr(key, depth - 1)?;
             run.memory.push_bytes(b": ")?;
-            start += run.memory.text(run.memory.text_since(from)).chars().count();
+            start += crate::chars::count(run.memory.text(run.memory.text_since(from)));
             part
         } else {
             run.element(value, index)?

@@ -51,7 +51,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
             center(run, text, width, ' ')
         }
         Filter::WordCount => {
-            let is_part = |char: char| !(char.is_alphanumeric() || char == '_');
+            let is_part = |char: char| !(chars::is_word(char) || char == '_');
             let count = run.memory.text(text).split(is_part).filter(|word| !word.is_empty()).count();
             Ok(Value::Int(count as i64))
         }
@@ -62,7 +62,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
 
 /// A string in the middle of a width; an odd blank goes where Python puts it.
 pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Result<Value> {
-    let length = run.memory.text(text).chars().count();
+    let length = crate::chars::count(run.memory.text(text));
     let width = usize::try_from(width).unwrap_or(0);
     let missing = width.saturating_sub(length);
     let left = missing / 2 + (missing & width & 1);
@@ -120,7 +120,7 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: Bound) -> Result<Value> 
         Some(end) => end,
     };
     let Value::Str(end) = end else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
-    let count = |run: &Run<'_, '_>, text| run.memory.text(text).chars().count() as i64;
+    let count = |run: &Run<'_, '_>, text| crate::chars::count(run.memory.text(text)) as i64;
     let rest = length - count(run, end);
     if rest < 0 || leeway < 0 {
         return fail(&"the length for truncate is shorter than its end");

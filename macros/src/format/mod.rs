@@ -51,7 +51,7 @@ fn number(bytes: &[u8], mut at: usize) -> (usize, usize) {
 /// prefix, stay in front of what fills where the form wants it.
 fn align(memory: &mut Memory<'_>, from: usize, prefix: usize, spec: &Spec, default: u8) -> Result<()> {
     let text = memory.text_since(from);
-    let length = memory.text(text).chars().count();
+    let length = crate::chars::count(memory.text(text));
     let missing = spec.width.saturating_sub(length);
     if missing == 0 {
         return Ok(());

@@ -173,7 +173,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
         },
         b'c' => match value {
             Value::Int(value) => super::number::write_int(&mut run.memory, value, &spec),
-            Value::Str(text) if run.memory.text(text).chars().count() == 1 => {
+            Value::Str(text) if crate::chars::count(run.memory.text(text)) == 1 => {
                 write_text(&mut run.memory, text, &Spec { precision: None, ..spec })
             }
             _ => Err(wrong(&run.memory, &"this form wants one character", value)),

@@ -72,8 +72,8 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: Bound)
 fn is_kind(text: &str, name: &str) -> bool {
     let holds = |char: char| match name {
         "isdigit" | "isdecimal" | "isnumeric" => char.is_ascii_digit(),
-        "isalpha" => char.is_ascii_alphabetic() || !char.is_ascii() && char.is_alphabetic(),
-        "isalnum" => char.is_ascii_alphanumeric() || !char.is_ascii() && char.is_alphabetic(),
+        "isalpha" => chars::is_word(char) && !char.is_ascii_digit(),
+        "isalnum" => chars::is_word(char),
         _ => chars::is_blank(char),
     };
     match name {
@@ -85,13 +85,17 @@ fn is_kind(text: &str, name: &str) -> bool {
 fn search(run: &mut Run<'_, '_>, text: Text, name: &str, part: Text) -> Result<Value> {
     let (string, part) = (run.memory.text(text), run.memory.text(part));
     let found = match name {
-        "count" if part.is_empty() => return Ok(Value::Int(string.chars().count() as i64 + 1)),
-        "count" => return Ok(Value::Int(string.matches(part).count() as i64)),
-        "rfind" => string.rfind(part),
-        _ => string.find(part),
+        "count" if part.is_empty() => return Ok(Value::Int(crate::chars::count(string) as i64 + 1)),
+        "count" => {
+            let next = |at: usize| chars::find(string, part, at).map(|at| at + part.len());
+            let places = core::iter::successors(next(0), |at| next(*at));
+            return Ok(Value::Int(places.count() as i64));
+        }
+        "rfind" => chars::find_last(string, part),
+        _ => chars::find(string, part, 0),
     };
     match found {
-        Some(at) => Ok(Value::Int(string.get(..at).unwrap_or_default().chars().count() as i64)),
+        Some(at) => Ok(Value::Int(crate::chars::count(string.get(..at).unwrap_or_default()) as i64)),
         None if name == "index" => fail(&"the text is not in the string: ask with in before"),
         None => Ok(Value::Int(-1)),
     }
@@ -145,7 +149,7 @@ fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, mo
 fn fill_zeros(run: &mut Run<'_, '_>, text: Text, width: i64) -> Result<Value> {
     let string = run.memory.text(text);
     let has_sign = string.starts_with(['-', '+']);
-    let missing = usize::try_from(width).unwrap_or(0).saturating_sub(string.chars().count());
+    let missing = usize::try_from(width).unwrap_or(0).saturating_sub(crate::chars::count(string));
     let sign = usize::from(has_sign);
     let from = run.memory.top;
     run.memory.push_text(text.part(0, sign))?;
@@ -164,7 +168,7 @@ fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, 
         };
         fill_char = char;
     }
-    let length = run.memory.text(text).chars().count();
+    let length = crate::chars::count(run.memory.text(text));
     let missing = usize::try_from(width).unwrap_or(0).saturating_sub(length);
     match name {
         "ljust" => run.pad(text, (0, missing), fill_char),
@@ -178,7 +182,7 @@ fn partition(run: &mut Run<'_, '_>, text: Text, separator: Text, from_end: bool)
     if part.is_empty() {
         return fail(&"a string cannot be split by an empty one");
     }
-    let found = if from_end { string.rfind(part) } else { string.find(part) };
+    let found = if from_end { chars::find_last(string, part) } else { chars::find(string, part, 0) };
     let empty = Text { at: text.at, len: 0 };
     let parts = match found {
         Some(at) => [text.part(0, at), separator, text.part(at + usize::from(separator.len), usize::MAX)],

@@ -28,7 +28,7 @@ impl Run<'_, '_> {
     pub fn length(&mut self, value: Value) -> Option<usize> {
         match value {
             Value::Undefined(_) => Some(0),
-            Value::Str(text) => Some(self.memory.text(text).chars().count()),
+            Value::Str(text) => Some(crate::chars::count(self.memory.text(text))),
             Value::Seq(_, head) | Value::Map(Map::Dict, head) => Some(self.memory.block(head).len),
             Value::Range(at) => Some(self.range_length(at)),
             Value::Object(object) => Some(self.machine.length(object)),
@@ -56,9 +56,12 @@ impl Run<'_, '_> {
     }
 
     fn range_length(&self, at: u16) -> usize {
-        let [start, end, step] = self.range(at).map(i128::from);
-        let count = if step > 0 { (end - start + step - 1) / step } else { (start - end - step - 1) / -step.min(-1) };
-        usize::try_from(count.max(0)).unwrap_or(usize::MAX)
+        let [start, end, step] = self.range(at);
+        if step == 0 || (end > start) != (step > 0) || start == end {
+            return 0;
+        }
+        let count = (start.abs_diff(end) - 1) / step.unsigned_abs();
+        usize::try_from(count).unwrap_or(usize::MAX).saturating_add(1)
     }
 
     /// Whether a value can be gone through.

@@ -189,7 +189,7 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
             let Value::Str(part) = value else {
                 return Err(wrong(&run.memory, &"only a string can be in a string: put |string behind it", value));
             };
-            Ok(run.memory.text(text).contains(run.memory.text(part)))
+            Ok(crate::chars::find(run.memory.text(text), run.memory.text(part), 0).is_some())
         }
         Value::Map(Map::Dict, head) => {
             if !is_hashable(run, value) {
@@ -202,14 +202,14 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
             _ => Ok(false),
         },
         Value::Range(at) if number(value).is_some() => {
-            let [start, end, step] = run.range(at).map(i128::from);
             let whole = match number(value) {
-                Some(Number::Int(int)) => i128::from(int),
-                Some(Number::Float(float)) if libm::trunc(float) == float => float as i128,
+                Some(Number::Int(int)) => int,
+                Some(Number::Float(float)) if float as i64 as f64 == float => float as i64,
                 _ => return Ok(false),
             };
+            let [start, end, step] = run.range(at);
             let is_within = if step > 0 { whole >= start && whole < end } else { whole <= start && whole > end };
-            Ok(is_within && (whole - start) % step == 0)
+            Ok(is_within && whole.abs_diff(start).is_multiple_of(step.unsigned_abs()))
         }
         _ => {
             for index in 0..run.iterate(holder)? {

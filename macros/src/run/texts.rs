@@ -60,8 +60,7 @@ impl Run<'_, '_> {
 
     /// Place of a string in another from a place on, in bytes.
     pub fn position(&self, text: Text, part: Text, from: usize) -> Option<usize> {
-        let string = self.memory.text(text).get(from..)?;
-        string.find(self.memory.text(part)).map(|at| at + from)
+        chars::find(self.memory.text(text), self.memory.text(part), from)
     }
 
     /// A string with parts replaced, at most so many.
