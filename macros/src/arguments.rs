@@ -71,13 +71,13 @@ impl Arguments {
 
     /// The argument with a name.
     pub fn keyword(self, run: &Run<'_, '_>, name: Text) -> Option<Value> {
-        self.word(run, run.memory.text(name))
+        self.word(run, run.memory.bytes(name))
     }
 
-    fn word(self, run: &Run<'_, '_>, name: &str) -> Option<Value> {
+    fn word(self, run: &Run<'_, '_>, name: &[u8]) -> Option<Value> {
         (self.first..self.first + self.count).find_map(|index| {
             let known = run.memory.name_at(index, Use::Keyword)?;
-            let is = run.memory.text(run.memory.interned(known)) == name;
+            let is = run.memory.bytes(run.memory.interned(known)) == name;
             is.then(|| run.memory.at(index))
         })
     }
@@ -93,7 +93,7 @@ impl Arguments {
         let mut bound = Bound::default();
         let positions = self.positions(run);
         let mut used = 0;
-        for (index, name) in names.split(' ').filter(|name| !name.is_empty()).enumerate() {
+        for (index, name) in names.as_bytes().split(|byte| *byte == b' ').filter(|name| !name.is_empty()).enumerate() {
             let value = if index < positions { Some(run.memory.at(self.first + index)) } else { self.word(run, name) };
             used += usize::from(value.is_some());
             if let Some(place) = bound.get_mut(index) {

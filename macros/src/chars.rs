@@ -65,3 +65,20 @@ pub fn find_last(text: &str, part: &str) -> Option<usize> {
 fn starts_at(text: &str, part: &str, at: usize) -> bool {
     text.is_char_boundary(at) && text.as_bytes().get(at..at + part.len()) == Some(part.as_bytes())
 }
+
+/// Value of a digit in a base of up to 36.
+#[inline(never)]
+pub fn digit(byte: u8, base: u32) -> Option<u32> {
+    let value = match byte {
+        b'0'..=b'9' => byte - b'0',
+        b'a'..=b'z' | b'A'..=b'Z' => (byte | 0x20) - b'a' + 10,
+        _ => return None,
+    };
+    (u32::from(value) < base).then_some(u32::from(value))
+}
+
+/// First place of a byte in a text.
+#[inline(never)]
+pub fn place_of(text: &str, byte: u8) -> Option<usize> {
+    text.bytes().position(|known| known == byte)
+}

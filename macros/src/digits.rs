@@ -38,6 +38,11 @@ impl Integer {
     }
 }
 
+/// Unit of a power of ten within its word.
+fn unit(power: i32) -> u32 {
+    10_u32.pow(power.rem_euclid(DIGITS) as u32)
+}
+
 /// Decimal digits of a real number without its sign.
 #[derive(Clone)]
 pub struct Decimal {
@@ -146,7 +151,7 @@ impl Decimal {
         let index = UNITS as i32 - power.div_euclid(DIGITS);
         let is_there = index >= self.first as i32 && index < self.end as i32;
         let word = if is_there { self.get(index as usize) } else { 0 };
-        b'0' + (word / 10_u32.pow(power.rem_euclid(DIGITS) as u32) % 10) as u8
+        b'0' + (word.checked_div(unit(power)).unwrap_or(0) % 10) as u8
     }
 
     /// Rounds so that the digit of this power of ten is the last; halves go to the even digit.
@@ -164,13 +169,13 @@ impl Decimal {
             self.first -= 1;
             self.set(self.first, 0);
         }
-        let unit = 10_u32.pow(power.rem_euclid(DIGITS) as u32);
+        let unit = unit(power);
         let word = self.get(index);
-        let rest = word % unit;
+        let rest = word.checked_rem(unit).unwrap_or(0);
         let (part, half, next) =
             if unit > 1 { (rest, unit / 2, index + 1) } else { (self.get_in(index + 1), BASE / 2, index + 2) };
         let has_more = (next..self.end).any(|index| self.get(index) > 0);
-        let is_odd = word / unit % 2 == 1;
+        let is_odd = word.checked_div(unit).unwrap_or(0) % 2 == 1;
         let is_up = part > half || part == half && (has_more || is_odd);
         self.set(index, word - rest + if is_up { unit } else { 0 });
         self.end = index + 1;

@@ -133,6 +133,11 @@ impl<'a> Memory<'a> {
         }
     }
 
+    /// Copies bytes to another place; the places may overlap if the other one comes first.
+    fn copy(&mut self, from: usize, to: usize, length: usize) {
+        (0..length).for_each(|index| self.set_byte(to + index, self.byte(from + index)));
+    }
+
     /// Appends a byte to what grows from the start.
     #[inline(never)]
     pub fn push_byte(&mut self, byte: u8) -> Result<()> {
@@ -254,9 +259,7 @@ impl<'a> Memory<'a> {
     #[inline(never)]
     pub fn move_down(&mut self, text: Text, to: usize) -> Text {
         let from = usize::from(text.at);
-        if from + usize::from(text.len) <= self.bytes.len() && to <= from {
-            self.bytes.copy_within(from..from + usize::from(text.len), to);
-        }
+        self.copy(from, to, usize::from(text.len));
         Text { at: to as u16, len: text.len }
     }
 
@@ -290,7 +293,7 @@ impl<'a> Memory<'a> {
         let length = usize::from(new.len);
         self.low = self.low.saturating_sub(length + 2);
         self.check()?;
-        self.bytes.copy_within(from..from + length, self.low + 2);
+        self.copy(from, self.low + 2, length);
         self.set_word(self.low, new.len);
         self.top = from;
         self.pool = self.low;
@@ -358,7 +361,7 @@ impl<'a> Memory<'a> {
                 self.reserve(more * size)?;
             } else {
                 let data = self.reserve((block.room + more) * size)?;
-                self.bytes.copy_within(block.data..block.data + block.len * size, data);
+                self.copy(block.data, data, block.len * size);
                 block.data = data;
             }
             block.room += more;

@@ -20,7 +20,7 @@ pub fn rewrite(text: &str, memory: &mut [u8], output: &mut [u8]) -> core::result
     let written = literal::read(&mut run.memory, &mut text.bytes()).and_then(|value| run.repr_of(value));
     let result = written.and_then(|text| match output.get_mut(..usize::from(text.len)) {
         Some(place) => {
-            place.copy_from_slice(run.memory.bytes(text));
+            place.iter_mut().zip(run.memory.bytes(text)).for_each(|(place, byte)| *place = *byte);
             Ok(place.len())
         }
         None => fail(&"the value is too long to be kept"),

@@ -152,8 +152,7 @@ fn round_integer(int: i64, precision: i32) -> Result<i64> {
         return Ok(int);
     }
     let Some(unit) = 10_i64.checked_pow(precision.unsigned_abs()) else { return Ok(0) };
-    let down = int.div_euclid(unit);
-    let rest = int.rem_euclid(unit);
+    let Some((down, rest)) = numbers::divided(int, unit) else { return Ok(0) };
     let is_up = rest > unit / 2 || rest == unit / 2 && down % 2 != 0;
     (down + i64::from(is_up)).checked_mul(unit).map_or_else(|| fail(&"the number is too large"), Ok)
 }

@@ -50,7 +50,9 @@ impl Rule {
     fn key(self, run: &mut Run<'_, '_>, element: Value) -> Result<Value> {
         let key = match self.path {
             None | Some(Value::None) => element,
-            Some(Value::Str(paths)) if run.memory.text(paths).contains(',') => return self.keys(run, element, paths),
+            Some(Value::Str(paths)) if run.memory.bytes(paths).contains(&b',') => {
+                return self.keys(run, element, paths);
+            }
             Some(path) => path_of(run, element, path)?,
         };
         self.fold(run, key)
@@ -61,7 +63,7 @@ impl Rule {
         let head = run.memory.new_block(0, SIZE)?;
         let mut rest = paths;
         loop {
-            let end = run.memory.text(rest).find(',').unwrap_or(usize::from(rest.len));
+            let end = crate::chars::place_of(run.memory.text(rest), b',').unwrap_or(usize::from(rest.len));
             let key = path_of(run, element, Value::Str(rest.part(0, end)))?;
             let key = self.fold(run, key)?;
             run.append(head, key)?;

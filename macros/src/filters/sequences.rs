@@ -68,7 +68,7 @@ pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value
     let mut rest = path;
     loop {
         let string = run.memory.text(rest);
-        let end = string.find('.').unwrap_or(string.len());
+        let end = crate::chars::place_of(string, b'.').unwrap_or(string.len());
         let name = rest.part(0, end);
         let is_number = end > 0 && run.memory.bytes(name).iter().all(u8::is_ascii_digit);
         let key = match numbers::read_int(run.memory.text(name), 10) {
@@ -191,11 +191,10 @@ fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -
 fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
     let fill = fill.filter(|fill| !matches!(fill, Value::None));
     let length = run.iterate(value)? as i64;
-    if count == 0 {
-        return fail(&"a list cannot be cut into 0 parts");
-    }
     let all = run.memory.new_block(0, SIZE)?;
-    let (each, extra) = (length.div_euclid(count), length.rem_euclid(count));
+    let Some((each, extra)) = numbers::divided(length, count) else {
+        return fail(&"a list cannot be cut into 0 parts");
+    };
     let mut index = 0;
     for slice in 0..count {
         let head = run.memory.new_block(0, SIZE)?;

@@ -51,8 +51,13 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
             center(run, text, width, ' ')
         }
         Filter::WordCount => {
-            let is_part = |char: char| !(chars::is_word(char) || char == '_');
-            let count = run.memory.text(text).split(is_part).filter(|word| !word.is_empty()).count();
+            let mut count = 0;
+            let mut was_word = false;
+            for char in run.memory.text(text).chars() {
+                let is_word = chars::is_word(char) || char == '_';
+                count += usize::from(is_word && !was_word);
+                was_word = is_word;
+            }
             Ok(Value::Int(count as i64))
         }
         Filter::Indent => indent(run, value, [first, second, third]),
@@ -132,7 +137,7 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: Bound) -> Result<Value> 
     let cut = string.char_indices().nth(rest as usize).map_or(string.len(), |(at, _)| at);
     let mut kept = text.part(0, cut);
     if !kill.is_some_and(|kill| run.truth(kill))
-        && let Some(blank) = run.memory.text(kept).rfind(' ')
+        && let Some(blank) = run.memory.bytes(kept).iter().rposition(|byte| *byte == b' ')
     {
         kept = kept.part(0, blank);
     }

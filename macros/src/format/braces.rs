@@ -60,7 +60,7 @@ fn end_of_field(text: &str) -> Option<usize> {
 
 fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut usize, may_nest: bool) -> Result<()> {
     let string = run.memory.text(field);
-    let name_end = string.find([':', '!']).unwrap_or(string.len());
+    let name_end = string.bytes().position(|byte| matches!(byte, b':' | b'!')).unwrap_or(string.len());
     let name = field.part(0, name_end);
     let rest = string.get(name_end..).unwrap_or_default();
     let (conversion, form_at) = match rest.as_bytes() {
@@ -74,8 +74,8 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
     let value = if word.is_empty() {
         *next += 1;
         arguments.position(run, *next - 1)
-    } else if let Ok(index) = word.parse::<usize>() {
-        arguments.position(run, index)
+    } else if word.bytes().all(|byte| byte.is_ascii_digit()) {
+        arguments.position(run, number(word.as_bytes(), 0).0)
     } else {
         arguments.keyword(run, name)
     };
@@ -84,7 +84,7 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
     };
     let from = run.memory.top;
     let mut form = field.part(form_at, usize::MAX);
-    if run.memory.text(form).contains('{') {
+    if run.memory.bytes(form).contains(&b'{') {
         if !may_nest {
             return fail(&"braces within braces within braces are not known");
         }

@@ -76,7 +76,9 @@ fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) 
     let mut named = None;
     if byte(run, at) == b'(' {
         let rest = text.part(at + 1, usize::MAX);
-        let Some(end) = run.memory.text(rest).find(')') else { return fail(&"a ) is missing behind %(") };
+        let Some(end) = crate::chars::place_of(run.memory.text(rest), b')') else {
+            return fail(&"a ) is missing behind %(");
+        };
         let (name, Value::Map(Map::Dict, head)) = (rest.part(0, end), values.all) else {
             return fail(&"%(name) wants a dict behind the %");
         };

@@ -1,5 +1,6 @@
 //! Numbers: whole, in other bases, with point or exponent.
 
+use crate::chars;
 use crate::fault::{Result, Words, fail};
 use crate::lexer::Token;
 use crate::lexer::reader::Reader;
@@ -39,7 +40,7 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>, is_literal: bool) 
 }
 
 fn is_digit_behind(reader: &Reader<'_>, index: usize, base: u32) -> bool {
-    let is_digit = |index| char::from(reader.peek(index)).is_digit(base);
+    let is_digit = |index| chars::digit(reader.peek(index), base).is_some();
     is_digit(index) || reader.peek(index) == b'_' && is_digit(index + 1)
 }
 
@@ -78,7 +79,7 @@ pub const TOO_LARGE: Words = &"whole numbers go up to 9223372036854775807: write
 fn whole(reader: &mut Reader<'_>, base: u32) -> Result<Token> {
     let mut value: i64 = 0;
     while is_digit_behind(reader, 0, base) {
-        let digit = char::from(reader.take()).to_digit(base);
+        let digit = chars::digit(reader.take(), base);
         let Some(digit) = digit else { continue };
         let next = value.checked_mul(i64::from(base)).and_then(|value| value.checked_add(i64::from(digit)));
         let Some(next) = next else { return fail(TOO_LARGE) };

@@ -64,7 +64,7 @@ fn octal(reader: &mut Reader<'_>, first: u8) -> char {
 fn hex(reader: &mut Reader<'_>, count: usize) -> Result<char> {
     let mut value: u32 = 0;
     for _ in 0..count {
-        let Some(digit) = char::from(reader.peek(0)).to_digit(16) else {
+        let Some(digit) = crate::chars::digit(reader.peek(0), 16) else {
             return fail(&"an escape with x, u or U has too few digits");
         };
         reader.take();

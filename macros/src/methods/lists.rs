@@ -82,7 +82,7 @@ fn place(index: i64, length: usize, may_be_outside: bool) -> Result<usize> {
     let length = length as i64;
     let place = if index < 0 { index.saturating_add(length) } else { index };
     if may_be_outside {
-        return Ok(place.clamp(0, length) as usize);
+        return Ok(place.max(0).min(length) as usize);
     }
     if place < 0 || place >= length {
         return fail(&"the list has no element of this number");

@@ -163,7 +163,7 @@ impl Machine<'_, '_> {
                 about,
             ));
         };
-        place.copy_from_slice(bytes);
+        place.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
         self.written += bytes.len();
         Ok(())
     }

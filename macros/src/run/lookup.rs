@@ -198,7 +198,7 @@ impl Run<'_, '_> {
             return fail(&"the step of a slice may not be 0");
         }
         let (least, most) = if step < 0 { (-1, length - 1) } else { (0, length) };
-        let clamp = |bound: i64| (if bound < 0 { bound.saturating_add(length) } else { bound }).clamp(least, most);
+        let clamp = |bound: i64| (if bound < 0 { bound.saturating_add(length) } else { bound }).max(least).min(most);
         let from = self.bound(from)?.map_or(if step < 0 { most } else { least }, clamp);
         let to = self.bound(to)?.map_or(if step < 0 { least } else { most }, clamp);
         if let Value::Range(at) = value {

@@ -43,11 +43,8 @@ fn integers(op: Op, a: i64, b: i64) -> Result<Value> {
         Op::Subtract => a.checked_sub(b),
         Op::Multiply => a.checked_mul(b),
         Op::Divide => return Ok(Value::Float(a as f64 / b as f64)),
-        Op::FloorDivide => a.checked_div_euclid(b).and_then(|quotient| {
-            let rest = a.checked_rem_euclid(b)?;
-            if b < 0 && rest != 0 { quotient.checked_sub(1) } else { Some(quotient) }
-        }),
-        Op::Modulo => a.checked_rem_euclid(b).map(|rest| if b < 0 && rest != 0 { rest + b } else { rest }),
+        Op::FloorDivide => divided(a, b).map(|(quotient, _)| quotient),
+        Op::Modulo => divided(a, b).map(|(_, rest)| rest),
         Op::Power if b < 0 => return floats(op, a as f64, b as f64).map(Value::Float),
         _ => match u32::try_from(b) {
             Ok(power) => a.checked_pow(power),
@@ -56,6 +53,13 @@ fn integers(op: Op, a: i64, b: i64) -> Result<Value> {
         },
     };
     result.map_or_else(|| fail(OVERFLOW), |value| Ok(Value::Int(value)))
+}
+
+/// Quotient rounded down, and the rest that has the sign of the divisor.
+pub fn divided(a: i64, b: i64) -> Option<(i64, i64)> {
+    let (quotient, rest) = (a.checked_div(b)?, a.checked_rem(b)?);
+    let is_up = rest != 0 && (rest < 0) != (b < 0);
+    Some(if is_up { (quotient - 1, rest + b) } else { (quotient, rest) })
 }
 
 fn floats(op: Op, a: f64, b: f64) -> Result<f64> {
@@ -204,7 +208,7 @@ pub fn read_int(text: &str, base: u32) -> Option<i64> {
         return None;
     }
     let add = |sum: i64, byte: &u8| {
-        let digit = i64::from(char::from(*byte).to_digit(base)?);
+        let digit = i64::from(crate::chars::digit(*byte, base)?);
         sum.checked_mul(i64::from(base))?.checked_sub(digit)
     };
     let value = digits.iter().try_fold(0, add)?;

@@ -109,8 +109,8 @@ impl Run<'_, '_> {
     }
 
     fn write_quoted(&mut self, text: Text) -> Result<()> {
-        let string = self.memory.text(text);
-        let quote = if string.contains('\'') && !string.contains('"') { '"' } else { '\'' };
+        let has = |quote| self.memory.bytes(text).contains(&quote);
+        let quote = if has(b'\'') && !has(b'"') { '"' } else { '\'' };
         self.memory.push_char(quote)?;
         let mut at = 0;
         while let Some(char) = self.memory.text(text.part(at, usize::MAX)).chars().next() {

@@ -30,7 +30,7 @@ impl Run<'_, '_> {
 
     /// A string in upper case.
     pub fn upper(&mut self, text: Text) -> Result<Value> {
-        if self.memory.text(text).contains('ß') {
+        if chars::find(self.memory.text(text), "ß", 0).is_some() {
             let (sharp, double) = (self.memory.copy_in("ß")?, self.memory.copy_in("SS")?);
             if let Value::Str(text) = self.replace(text, sharp, double, -1)? {
                 return self.change(text, |_, _, char| chars::upper(char));
@@ -52,7 +52,9 @@ impl Run<'_, '_> {
     /// A string without blanks, or without other characters, at its ends.
     pub fn strip(&self, text: Text, set: Option<Text>, sides: (bool, bool)) -> Text {
         let string = self.memory.text(text);
-        let goes = |char: char| set.map_or_else(|| chars::is_blank(char), |set| self.memory.text(set).contains(char));
+        let goes = |char: char| {
+            set.map_or_else(|| chars::is_blank(char), |set| self.memory.text(set).chars().any(|known| known == char))
+        };
         let from = if sides.0 { string.len() - string.trim_start_matches(goes).len() } else { 0 };
         let to = if sides.1 { string.trim_end_matches(goes).len() } else { string.len() };
         text.part(from, to.max(from))
