@@ -210,25 +210,24 @@ impl Shortest {
     /// The digits of a number, which is not infinite; its sign does not count.
     pub fn new(value: f64) -> Self {
         let value = libm::fabs(value);
-        let decimal = Decimal::new(value);
-        let Some(leading) = decimal.leading() else {
+        let Some(leading) = Decimal::new(value).leading() else {
             return Self { bytes: [b'0'; 32], count: 1, power: 0 };
         };
         let least = if value < f64::MIN_POSITIVE { 1 } else { 15 };
-        for count in least..17 {
-            let mut rounded = decimal.clone();
-            rounded.round(leading - count + 1);
-            let shortest = Self::of(&rounded);
+        let mut shortest = Self::of(value, leading, least);
+        for count in least + 1..=17 {
             if shortest.read() == Some(value) {
-                return shortest;
+                break;
             }
+            shortest = Self::of(value, leading, count);
         }
-        let mut rounded = decimal;
-        rounded.round(leading - 16);
-        Self::of(&rounded)
+        shortest
     }
 
-    fn of(decimal: &Decimal) -> Self {
+    /// So many digits of a number, without zeros at their end.
+    fn of(value: f64, leading: i32, count: i32) -> Self {
+        let mut decimal = Decimal::new(value);
+        decimal.round(leading - count + 1);
         let power = decimal.leading().unwrap_or(0);
         let mut shortest = Self { bytes: [b'0'; 32], count: 0, power };
         for place in (decimal.trailing()..=power).rev() {

@@ -31,8 +31,10 @@ pub enum Map {
     Namespace,
 }
 
-/// A value of the language.
+/// A value of the language. A tag of a whole word makes it four words, which are copied at once: with a byte
+/// the code is a twentieth larger.
 #[derive(Clone, Copy, Debug)]
+#[repr(u32)]
 pub enum Value {
     /// Nothing, with the name that led to it.
     Undefined(Text),

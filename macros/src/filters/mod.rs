@@ -49,13 +49,13 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
             _ => Err(wrong(&run.memory, &"this has no length: a list, dict or string has", value)),
         },
         Filter::Min | Filter::Max | Filter::Sort | Filter::DictSort | Filter::Unique => {
-            order::apply(run, filter, value, bound)
+            order::apply(run, filter, value, &bound)
         }
         Filter::Lower | Filter::Upper | Filter::Capitalize | Filter::Title | Filter::Trim | Filter::Replace => {
-            strings::apply(run, filter, value, bound)
+            strings::apply(run, filter, value, &bound)
         }
         Filter::Center | Filter::Indent | Filter::Truncate | Filter::WordCount => {
-            strings::apply(run, filter, value, bound)
+            strings::apply(run, filter, value, &bound)
         }
         _ => sequences::apply(run, filter, value, [first, second, third]),
     }

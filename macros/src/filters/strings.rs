@@ -18,8 +18,8 @@ pub fn whole(run: &Run<'_, '_>, value: Value) -> Result<i64> {
 }
 
 /// Result of a filter of strings.
-pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) -> Result<Value> {
-    let [first, second, third, fourth] = bound;
+pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound) -> Result<Value> {
+    let [first, second, third, _] = *bound;
     let text = run.text_of(value)?;
     match filter {
         Filter::Lower => run.lower(text),
@@ -61,7 +61,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: Bound) 
             Ok(Value::Int(count as i64))
         }
         Filter::Indent => indent(run, value, [first, second, third]),
-        _ => truncate(run, value, [first, second, third, fourth]),
+        _ => truncate(run, value, bound),
     }
 }
 
@@ -115,8 +115,8 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
     Ok(Value::Str(run.memory.text_since(from)))
 }
 
-fn truncate(run: &mut Run<'_, '_>, value: Value, bound: Bound) -> Result<Value> {
-    let [length, kill, end, leeway] = bound;
+fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value> {
+    let [length, kill, end, leeway] = *bound;
     let Value::Str(text) = value else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
     let length = whole(run, length.unwrap_or(Value::Int(255)))?;
     let leeway = whole(run, leeway.unwrap_or(Value::Int(5)))?;

@@ -15,6 +15,7 @@ const PIECE: usize = 250;
 
 /// A word of a template.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(u32)]
 pub enum Token {
     End,
     /// Text of the template between two tags.

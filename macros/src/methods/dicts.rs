@@ -8,8 +8,8 @@ use crate::run::{Run, order, wrong};
 use crate::value::{Map, SIZE, Seq, Value};
 
 /// Result of a method of a dict.
-pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: Bound) -> Result<Value> {
-    let [first, second, ..] = bound;
+pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: &Bound) -> Result<Value> {
+    let [first, second, ..] = *bound;
     match name {
         "get" => Ok(member(run, dict, needed(first)?)?.unwrap_or(second.unwrap_or(Value::None))),
         "__getitem__" => match member(run, dict, needed(first)?)? {
@@ -57,7 +57,8 @@ fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
 }
 
 /// Methods that change the dict.
-fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, [first, second, ..]: Bound) -> Result<Value> {
+fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Result<Value> {
+    let [first, second, ..] = *bound;
     let Value::Map(_, head) = dict else { return Err(fixed()) };
     let block = run.memory.block(head);
     match name {

@@ -9,8 +9,8 @@ use crate::run::{Run, order};
 use crate::value::{DEEPEST, SIZE, Seq, Value};
 
 /// Result of a method of a list or tuple.
-pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: Bound) -> Result<Value> {
-    let [first, second, ..] = bound;
+pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Bound) -> Result<Value> {
+    let [first, second, ..] = *bound;
     match name {
         "index" | "count" => return search(run, list, needed(first)?, name == "count"),
         "copy" => return run.list_of(Seq::List, list),

@@ -38,11 +38,11 @@ pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Argument
     }
     let bound = arguments.bind(run, parameters)?;
     match value {
-        Value::Str(text) => strings::call(run, text, word, bound),
+        Value::Str(text) => strings::call(run, text, word, &bound),
         Value::Float(float) => Ok(Value::Bool(float.is_finite() && libm::trunc(float) == float)),
-        Value::Map(..) => dicts::call(run, value, word, bound),
-        Value::Object(object) if object.kind == Kind::Dict => dicts::call(run, value, word, bound),
-        _ => lists::call(run, value, word, bound),
+        Value::Map(..) => dicts::call(run, value, word, &bound),
+        Value::Object(object) if object.kind == Kind::Dict => dicts::call(run, value, word, &bound),
+        _ => lists::call(run, value, word, &bound),
     }
 }
 

@@ -29,8 +29,8 @@ fn optional(run: &Run<'_, '_>, value: Option<Value>) -> Result<Option<Text>> {
 }
 
 /// Result of a method of a string.
-pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: Bound) -> Result<Value> {
-    let [first, second, third, _] = bound;
+pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: &Bound) -> Result<Value> {
+    let [first, second, third, _] = *bound;
     match name {
         "split" => run.split(text, optional(run, first)?, whole(run, second.unwrap_or(Value::Int(-1)))?),
         "rsplit" => split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::Int(-1)))?),

@@ -11,7 +11,7 @@ use crate::lexer::{Lexer, Token};
 use crate::memory::{Memory, Text};
 
 /// Most expressions within expressions, each operator and each bracket one.
-const DEEPEST: u8 = 48;
+const DEEPEST: u8 = 32;
 
 /// Reads a template and writes its code.
 pub struct Parser<'m, 'a, 's> {
