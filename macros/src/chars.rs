@@ -1,5 +1,5 @@
-//! Characters as Python sorts them, and texts searched with little code: the library's search is made for long
-//! texts.
+//! Characters as Python sorts them, and texts searched with little code: the library's search is made for
+//! long texts.
 
 /// Whether Python's `str.strip` and `str.split` take the character for a blank.
 pub fn is_blank(char: char) -> bool {

@@ -9,7 +9,7 @@ pub fn methods(value: Value) -> &'static [(&'static str, &'static str)] {
         Value::Str(_) => OF_STRINGS,
         Value::Map(Map::Dict, _) => OF_DICTS,
         Value::Seq(Seq::List, _) => OF_LISTS,
-        Value::Seq(Seq::Tuple, _) => OF_TUPLES,
+        Value::Seq(Seq::Tuple, _) | Value::Range(_) => OF_TUPLES,
         Value::Float(_) => &[("is_integer", "")],
         Value::Object(object) => match object.kind {
             Kind::Dict => OF_DICTS,

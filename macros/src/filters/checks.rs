@@ -43,7 +43,10 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
         }
         Test::Odd | Test::Even | Test::DivisibleBy => {
             let divisor = if test == Test::DivisibleBy { needed(first)? } else { Value::Int(2) };
-            let rest = numbers::calculate(run, Op::Modulo, value, divisor)?;
+            let rest = match value {
+                Value::Str(text) => crate::format::percent(run, text, divisor)?,
+                _ => numbers::calculate(run, Op::Modulo, value, divisor)?,
+            };
             equal(run, rest, Value::Int(i64::from(test == Test::Odd)), DEEPEST)?
         }
         Test::SameAs => same(value, needed(first)?),

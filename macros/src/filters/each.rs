@@ -12,7 +12,7 @@ use crate::value::{SIZE, Seq, Value};
 /// Result of a filter that takes another filter or a test.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, arguments: Arguments) -> Result<Value> {
     let head = run.memory.new_block(0, SIZE)?;
-    let length = run.iterate(value)?;
+    let length = if run.truth(value) { run.iterate(value)? } else { 0 };
     let is_map = filter == Filter::Map;
     for index in 0..length {
         let element = run.element(value, index)?;

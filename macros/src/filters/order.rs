@@ -16,6 +16,8 @@ use crate::value::{DEEPEST, Map, SIZE, Seq, Value};
 struct Rule {
     path: Option<Value>,
     minds_case: bool,
+    /// Whether equal elements need no order, as Jinja2 has it where it sorts lists.
+    is_lenient: bool,
 }
 
 /// Result of a filter that compares.
@@ -24,21 +26,21 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound)
     let mut truth = |value: Option<Value>| value.is_some_and(|value| run.truth(value));
     match filter {
         Filter::Min | Filter::Max => {
-            let rule = Rule { path: second, minds_case: truth(first) };
+            let rule = Rule { path: second, minds_case: truth(first), is_lenient: false };
             extreme(run, value, rule, filter == Filter::Max)
         }
         Filter::Unique => {
-            let rule = Rule { path: second, minds_case: truth(first) };
+            let rule = Rule { path: second, minds_case: truth(first), is_lenient: false };
             unique(run, value, rule)
         }
         Filter::Sort => {
             let is_reverse = truth(first);
-            let rule = Rule { path: third, minds_case: truth(second) };
+            let rule = Rule { path: third, minds_case: truth(second), is_lenient: true };
             let list = run.list_of(Seq::List, value)?;
             sort(run, list, rule, is_reverse)
         }
         _ => {
-            let rule = Rule { path: None, minds_case: truth(first) };
+            let rule = Rule { path: None, minds_case: truth(first), is_lenient: false };
             let is_reverse = truth(third);
             sort_dict(run, value, rule, second, is_reverse)
         }
@@ -115,7 +117,8 @@ fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Res
         while place > 0 {
             let before = run.memory.value(at(place - 1));
             let before_key = rule.key(run, before)?;
-            if order::order(run, key, before_key, DEEPEST)? != Some(wanted) {
+            let is_equal = rule.is_lenient && order::equal(run, key, before_key, DEEPEST)?;
+            if is_equal || order::order(run, key, before_key, DEEPEST)? != Some(wanted) {
                 break;
             }
             run.memory.set_value(at(place), before);

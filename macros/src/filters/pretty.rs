@@ -54,7 +54,12 @@ fn move_up(run: &mut Run<'_, '_>, map: Value, head: u16, last: usize) -> Result<
     let mut place = last;
     while place > 0 {
         let (before, _) = run.entry(map, place - 1)?;
-        if !matches!(order::order(run, key, before, DEEPEST), Ok(Some(Ordering::Less))) {
+        // Keys without an order among them go by the names of their types; that of `None` has a capital.
+        let order = order::order(run, key, before, DEEPEST).unwrap_or_else(|_| {
+            let name = |value: Value| (!matches!(value, Value::None), value.kind());
+            Some(name(key).cmp(&name(before)))
+        });
+        if order != Some(Ordering::Less) {
             break;
         }
         place -= 1;

@@ -17,7 +17,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
         Filter::List => run.list_of(Seq::List, value),
         Filter::First => end(run, value, false),
         Filter::Last => {
-            if matches!(value, Value::Seq(Seq::Once, _) | Value::Undefined(_)) {
+            if matches!(value, Value::Seq(Seq::Once, _)) {
                 return Err(wrong(&run.memory, &"this has no last element: put |list before it", value));
             }
             end(run, value, true)

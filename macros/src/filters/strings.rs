@@ -117,7 +117,6 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
 
 fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value> {
     let [length, kill, end, leeway] = *bound;
-    let Value::Str(text) = value else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
     let length = whole(run, length.unwrap_or(Value::Int(255)))?;
     let leeway = whole(run, leeway.unwrap_or(Value::Int(5)))?;
     let end = match end {
@@ -125,14 +124,14 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value>
         Some(end) => end,
     };
     let Value::Str(end) = end else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
-    let count = |run: &Run<'_, '_>, text| crate::chars::count(run.memory.text(text)) as i64;
-    let rest = length - count(run, end);
+    let rest = length - crate::chars::count(run.memory.text(end)) as i64;
     if rest < 0 || leeway < 0 {
         return fail(&"the length for truncate is shorter than its end");
     }
-    if count(run, text) <= length + leeway {
+    if run.length(value).is_some_and(|count| count as i64 <= length + leeway) {
         return Ok(value);
     }
+    let Value::Str(text) = value else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
     let string = run.memory.text(text);
     let cut = string.char_indices().nth(rest as usize).map_or(string.len(), |(at, _)| at);
     let mut kept = text.part(0, cut);

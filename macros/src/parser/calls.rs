@@ -74,10 +74,15 @@ impl Parser<'_, '_, '_> {
     pub fn filter(&mut self) -> Result<()> {
         self.advance()?;
         let name = self.expect_name(&"the name of a filter is missing before this")?;
+        let mut is_known = true;
+        while self.skip_sign(b'.')? {
+            self.expect_name(&"a name is missing behind the point")?;
+            is_known = false;
+        }
         let count = if self.token == Token::Sign(b'(') { self.arguments()? } else { 0 };
         match names::filter(self.memory.text(name)) {
-            Some(number) => self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8),
-            None => self.unknown(Fault::about(self.memory, &"there is no filter of this name", name), name),
+            Some(number) if is_known => self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8),
+            _ => self.unknown(Fault::about(self.memory, &"there is no filter of this name", name), name),
         }
     }
 

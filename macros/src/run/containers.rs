@@ -117,10 +117,10 @@ impl Run<'_, '_> {
 
     /// A value of the machine's with all its parts in memory.
     pub fn settle(&mut self, value: Value, depth: u8) -> Result<Value> {
-        let Value::Object(object) = value else { return Ok(value) };
         if depth == 0 {
             return fail(TOO_DEEP);
         }
+        let Value::Object(object) = value else { return self.settle_parts(value, depth) };
         let length = self.machine.length(object);
         match object.kind {
             Kind::Lookup => Ok(value),
@@ -144,6 +144,27 @@ impl Run<'_, '_> {
                 Ok(Value::Seq(if object.kind == Kind::List { Seq::List } else { Seq::Tuple }, head))
             }
         }
+    }
+
+    /// Brings the parts of a value in memory into memory, each into its place.
+    fn settle_parts(&mut self, value: Value, depth: u8) -> Result<Value> {
+        let (head, size, offset) = match value {
+            Value::Seq(_, head) => (head, SIZE, 0),
+            Value::Map(_, head) => (head, 2 * SIZE, SIZE),
+            _ => return Ok(value),
+        };
+        for index in 0..self.memory.block(head).len {
+            let at = self.memory.block(head).data + index * size + offset;
+            let part = self.memory.value(at);
+            if let Value::Object(_) | Value::Seq(..) | Value::Map(..) = part {
+                let settled = self.settle(part, depth - 1)?;
+                self.memory.set_value(at, settled);
+                if matches!(part, Value::Object(_)) && at < self.memory.keep {
+                    self.keep();
+                }
+            }
+        }
+        Ok(value)
     }
 
     /// Length of what a loop goes through.

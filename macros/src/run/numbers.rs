@@ -101,7 +101,12 @@ fn power(a: f64, b: f64) -> Result<f64> {
     if a < 0.0 && a.is_finite() && b.is_finite() && b != libm::trunc(b) {
         return fail(&"a negative number has only whole powers");
     }
-    let result = libm::pow(a, b);
+    // Where one rounding does, the result is exact to the last digit, as that of the desk is.
+    let result = match b {
+        2.0 => a * a,
+        0.5 if a > 0.0 => libm::sqrt(a),
+        _ => libm::pow(a, b),
+    };
     if result.is_infinite() && a.is_finite() && b.is_finite() {
         return fail(&"the result is too large");
     }

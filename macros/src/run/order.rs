@@ -7,6 +7,9 @@ use crate::environment::Kind;
 use crate::fault::{Fault, Result, Words, fail};
 use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value};
 
+/// Words about a value that a dict cannot have as a key.
+pub const NO_KEY: Words = &"this cannot be the key of a dict";
+
 /// A value as a number, if it is one.
 #[derive(Clone, Copy, Debug)]
 pub enum Number {
@@ -193,12 +196,13 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
         }
         Value::Map(Map::Dict, head) => {
             if !is_hashable(run, value) {
-                return Err(wrong(&run.memory, &"this cannot be the key of a dict", value));
+                return Err(wrong(&run.memory, NO_KEY, value));
             }
             Ok(run.find(head, value)?.is_some())
         }
         Value::Object(object) if matches!(object.kind, Kind::Lookup | Kind::Dict) => match value {
             Value::Str(name) => Ok(run.member(object, name)?.is_some()),
+            _ if object.kind == Kind::Dict && !is_hashable(run, value) => Err(wrong(&run.memory, NO_KEY, value)),
             _ => Ok(false),
         },
         Value::Range(at) if number(value).is_some() => {
@@ -228,7 +232,7 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
 pub fn is_hashable(run: &Run<'_, '_>, value: Value) -> bool {
     match value {
         Value::Map(Map::Dict, _) | Value::Seq(Seq::List | Seq::Keys | Seq::Items, _) => false,
-        Value::Object(object) => object.kind == Kind::Lookup,
+        Value::Object(object) => matches!(object.kind, Kind::Lookup | Kind::Tuple),
         Value::Seq(Seq::Tuple, head) => {
             let block = run.memory.block(head);
             let is_plain = |index| {
