@@ -346,8 +346,33 @@ def random_expression(draw, depth):
     return draw.choice(["[{}, {}]", "({}, {})", "{{'k': {}, 1: {}}}"]).format(inner(), inner())
 
 
+def random_block(draw, depth):
+    """Tags within tags, which set and read a few variables."""
+    out = []
+    for _ in range(draw.randrange(1, 4)):
+        name = draw.choice("x y s n.a speed u".split())
+        value = draw.choice(["1", "x", "y", "s ~ 'q'", "x + 1", "[x, y]", "n.a", "speed", "u", "loop.index", "l|length", "'t' ~ x"])
+        kind = draw.randrange(8 if depth > 0 else 3)
+        if kind == 0:
+            out.append("{%% set %s = %s %%}" % (name, value))
+        elif kind < 3:
+            out.append("<{%s}>" % value)
+        elif kind < 5:
+            middle = draw.choice(["", "{% else %}" + random_block(draw, depth - 1), "{% elif y %}" + random_block(draw, depth - 1)])
+            out.append("{%% if %s %%}%s%s{%% endif %%}" % (draw.choice(["x", "0", "1", "u is defined", "x == 1", "y == x"]), random_block(draw, depth - 1), middle))
+        elif kind < 7:
+            head = draw.choice(["i in [1, 2]", "x in [5, 6]", "i in [4]", "x, y in [(1, 2), (3, 4)]", "i in []", "i in [1, 2, 3] if i != x", "u in 'ab'"])
+            end = draw.choice(["", "", "{% else %}" + random_block(draw, depth - 1)])
+            out.append("{%% for %s %%}%s%s{%% endfor %%}" % (head, random_block(draw, depth - 1), end))
+        else:
+            out.append(draw.choice(["{%% set %s %%}%s{%% endset %%}" % (name, random_block(draw, depth - 1)), "{% set _ = l.append(x) %}", "{% set x, y = y, x %}"]))
+    return "".join(out)
+
+
 def random_template(draw):
     """A template with variables, branches and loops."""
+    if draw.random() < 0.4:
+        return draw.choice(["", "{% set x = 3 %}{% set y = 2 %}"]) + "{% set s = 'abc' %}{% set l = [1] %}{% set n = namespace(a=1) %}" + random_block(draw, 3)
     parts = ["{% set x = 3 %}{% set y = 2.5 %}{% set z = -7 %}{% set s = 'abc' %}{% set l = [3, 1, 2] %}{% set d = {'k': 1, 'b': [2]} %}{% set t = (1, 'a') %}"]
     for _ in range(draw.randrange(1, 4)):
         expression = random_expression(draw, draw.randrange(1, 4))

@@ -84,6 +84,8 @@ LOOKUPS = outputs(
 )
 
 FILTERS = outputs(
+    "[printer.fan, 1]", "{'f': printer.fan}", "[printer.toolhead.position]", "false|map('int')|list", "none|select|list", "[none, none]|sort", "[none, 1]|sort", "missing|last", "[1, 2]|truncate(3)", "'%d' is odd", "2.5 ** 2",
+    "printer.toolhead.position in {'k': 1}", "printer.fan in {'k': 1}", "range(4).count(1)", "{'k': 1, 1: 'a', none: 2}|pprint", "1 if 1 else 2|list.upper()", "0|d(1)|list.upper()",
     "5|abs", "-5|abs", "-2.5|abs", "'a'|abs", "missing|abs", "missing|default(1)", "missing|default", "''|default(1)", "''|default(1, true)", "none|default(1)", "none|d(1, boolean=true)", "missing.x|default(1)",
     "0|default(5, true)", "missing|default(none)", "speed|default(1)", "'5'|int", "'5.9'|int", "'-5.9'|int", "'abc'|int", "'abc'|int(7)", "'abc'|int(default=8)", "5.9|int", "-5.9|int", "true|int", "none|int", "missing|int", "[]|int",
     "'1e3'|int", "' 12 '|int", "'1_000'|int", "'0x1A'|int(0, 16)", "'ff'|int(base=16)", "'1A'|int(0, 16)", "'inf'|int", "'nan'|int", "'--5'|int", "'+5'|int", "'5'|float", "'abc'|float", "'abc'|float(1.5)", "5|float", "none|float",
