@@ -3,10 +3,10 @@
 use core::fmt::Arguments;
 
 use config::{BoardId, MachineConfig};
-use motion::{Latch, Mode, Motion, Refusal};
+use motion::{Latch, Motion, Refusal};
 use program::State;
 use thermal::HeatControl;
-use units::{Actuator, Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
+use units::{Actuator, Axis, AxisSet, Micros, Volts};
 
 use super::{BenchDrivers, World};
 use crate::axes::Axes;
