@@ -187,6 +187,12 @@ impl FeedTask {
         self.feed.wait(now)
     }
 
+    /// Whether motion is being written.
+    #[must_use]
+    pub const fn is_moving(&self) -> bool {
+        self.feed.is_moving()
+    }
+
     /// Does one run. The caller then makes sure that the step timer is armed; and when true is returned, that
     /// the heat task runs, since outputs may wait for the motors' present place.
     pub fn run(

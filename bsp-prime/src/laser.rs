@@ -216,11 +216,14 @@ impl Laser {
     }
 }
 
-/// Whether the executor keeps the laser on at rest.
+/// Whether the laser may burn: the executor keeps it on at rest, or something moves while it is not locked.
 #[inline]
 #[must_use]
-pub fn burns_at_rest() -> bool {
-    IS_SET_UP.load(Ordering::Acquire) && SHARED.at_rest.load(Ordering::Relaxed) != 0
+pub fn may_burn(is_moving: bool) -> bool {
+    if !IS_SET_UP.load(Ordering::Acquire) || SHARED.is_open.load(Ordering::Relaxed) == 0 {
+        return false;
+    }
+    is_moving || SHARED.at_rest.load(Ordering::Relaxed) != 0
 }
 
 /// Lets the laser burn until the step feed's next run, which comes in so many ticks, and 250 us longer.

@@ -90,9 +90,9 @@ mod app {
     /// them.
     const LOOK_EVERY: Ticks = Ticks::from_micros(400);
 
-    /// Longest time between two turns of the executor while a laser burns at rest: door, kill button and
-    /// interlocks are looked at in a turn that comes 250 us after the last look or later.
-    const TURN_EVERY_LIT: Ticks = Ticks::from_micros(128);
+    /// Time between two turns of the executor while a laser may burn: door, kill button and interlocks are
+    /// looked at in a turn that comes 200 us after the last look or later.
+    const TURN_EVERY_LIT: Ticks = Ticks::from_micros(210);
 
     /// Memory of motion that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for the
     /// data that the step interrupt, the feed and the planner touch all the time.
@@ -348,7 +348,7 @@ mod app {
         binds = TIM6_DAC,
         priority = 4,
         shared = [motion, triggers],
-        local = [feed_tick, step_feed, typed, looked: Ticks = Ticks(0)]
+        local = [feed_tick, step_feed, typed, looked: Ticks = Ticks(0), turned: Ticks = Ticks(0)]
     )]
     fn feed(mut cx: feed::Context) {
         cx.local.feed_tick.acknowledge();
@@ -367,9 +367,13 @@ mod app {
             step_engine::wake();
         }
         let mut wait = feed.wait(time::now_ticks());
-        if bsp_prime::laser::burns_at_rest() {
-            wait = wait.min(TURN_EVERY_LIT);
-            executor::wake();
+        if bsp_prime::laser::may_burn(feed.is_moving()) {
+            let passed = now.since(*cx.local.turned);
+            if passed >= TURN_EVERY_LIT {
+                *cx.local.turned = now;
+                executor::wake();
+            }
+            wait = wait.min(TURN_EVERY_LIT.since(if passed < TURN_EVERY_LIT { passed } else { Ticks(0) }));
         }
         cx.local.feed_tick.next_in(wait);
         bsp_prime::laser::renew(wait);

@@ -140,6 +140,12 @@ impl StepFeed {
         motion.with(|motion| motion.feed_reports(now, report, urgent, squeezed))
     }
 
+    /// Whether motion is being written.
+    #[must_use]
+    pub const fn is_moving(&self) -> bool {
+        self.moving
+    }
+
     /// Returns the time from `now`, at the end of a run, to the next run.
     #[must_use]
     pub fn wait(&self, now: Ticks) -> Ticks {

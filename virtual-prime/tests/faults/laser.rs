@@ -147,7 +147,7 @@ fn overflows(case: &Case) -> Seen {
     from_a_tick_on(case, HEAT, Failure::OverflowsItsStack)
 }
 
-/// Has the step feed do nothing more: steps end, and the laser 250 us after the feed was to come.
+/// Has the step feed do nothing more: the laser ends 250 us after the feed was to come, and steps end.
 #[track_caller]
 fn starves(case: &Case, failure: Failure) -> Seen {
     let elf = image(FEED, failure);
@@ -156,11 +156,15 @@ fn starves(case: &Case, failure: Failure) -> Seen {
     velvet.world(|world| world.trace_mut().take());
     velvet.hear(2);
     throw(&mut velvet);
+    let from_ns = velvet.bench.vm.now_ns();
     velvet.hear(20);
     let edges = velvet.world(|world| world.trace_mut().take());
-    let starved_ns = edges.last().expect("steps that were written before").time_ns;
+    let last_step_ms = (edges.last().expect("steps that were written before").time_ns as f64 - from_ns as f64) / 1e6;
     let writes = velvet.bench.writes.take();
-    Seen { outputs_ms: Some(off_after(&mut velvet, &writes, starved_ns)), ..Seen::default() }
+    // Off before the steps end is early enough.
+    let off_ms = off_after(&mut velvet, &writes, from_ns);
+    println!("steps ended after {last_step_ms} ms, the laser after {off_ms} ms");
+    Seen { outputs_ms: Some((off_ms - last_step_ms).max(0.0)), ..Seen::default() }
 }
 
 fn feed_skips(case: &Case) -> Seen {
