@@ -34,10 +34,8 @@ unsafe extern "C" {
 const VECTORS: usize = 256;
 /// Address of the copied vector table: the bottom of the ITCM, which `memory.x` leaves free.
 const ITCM_VECTORS: usize = 0x0000_0000;
-/// Data in the ITCM; `memory.x` says the same.
-const ITCM_DATA_START: u32 = 0x0000_8000;
-/// Size of that memory in bytes.
-const ITCM_DATA_BYTES: u32 = 32 * 1024;
+/// Size of the ITCM in bytes. Its first eighth is the code's, the rest holds data; `memory.x` says the same.
+const ITCM_BYTES: u32 = 64 * 1024;
 /// First address of the DMA arena; `memory.x` says the same and its size is asserted there.
 pub const DMA_ARENA_START: u32 = 0x2406_C000;
 /// Size of the DMA arena in bytes.
@@ -189,6 +187,9 @@ mod rasr {
     pub const WRITE_THROUGH: u32 = 1 << 17;
     pub const WRITE_BACK: u32 = (0b001 << 19) | (1 << 17) | (1 << 16);
 
+    // SRD, a bit for each eighth of the region.
+    pub const FIRST_EIGHTH_LEFT_OUT: u32 = 1 << 8;
+
     pub const fn size(bytes: u32) -> u32 {
         (bytes.trailing_zeros() - 1) << 1
     }
@@ -199,7 +200,8 @@ mod rasr {
 /// an overflow is a fault and not a corrupted plan.
 fn regions(flash: FlashUse) -> [(u32, u32); 13] {
     use rasr::{
-        EXECUTE_NEVER, FULL_ACCESS, NO_ACCESS, NORMAL_NON_CACHEABLE, READ_ONLY, WRITE_BACK, WRITE_THROUGH, size,
+        EXECUTE_NEVER, FIRST_EIGHTH_LEFT_OUT, FULL_ACCESS, NO_ACCESS, NORMAL_NON_CACHEABLE, READ_ONLY, WRITE_BACK,
+        WRITE_THROUGH, size,
     };
     const SECTOR_BYTES: u32 = 128 * 1024;
     let guard = (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES);
@@ -213,7 +215,7 @@ fn regions(flash: FlashUse) -> [(u32, u32); 13] {
     [
         // The default map's attributes, with what it does not say: code is not written, data is not
         // executed.
-        (0x0000_0000, FULL_ACCESS | WRITE_THROUGH | size(64 * 1024)),
+        (0x0000_0000, FULL_ACCESS | WRITE_THROUGH | size(ITCM_BYTES)),
         (0x0800_0000, whole_flash | WRITE_THROUGH | size(2 * 1024 * 1024)),
         (0x2000_0000, DATA | size(128 * 1024)),
         (0x2400_0000, DATA | size(512 * 1024)),
@@ -229,8 +231,8 @@ fn regions(flash: FlashUse) -> [(u32, u32); 13] {
         (sector, of_sector | WRITE_THROUGH | size(SECTOR_BYTES)),
         // SRAM3, for the DMAs of its domain.
         (D2_DMA_START, SHARED | size(D2_DMA_BYTES)),
-        // The upper half of the ITCM; where regions overlap, the greater number counts.
-        (ITCM_DATA_START, EXECUTE_NEVER | FULL_ACCESS | WRITE_THROUGH | size(ITCM_DATA_BYTES)),
+        // The ITCM but for its first eighth, the code; where regions overlap, the greater number counts.
+        (0x0000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_THROUGH | FIRST_EIGHTH_LEFT_OUT | size(ITCM_BYTES)),
     ]
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct Pending {
     pub law: Law,
 }
 
-/// Levels along the blocks that wait, and the changes of power to come (about 26 KiB, all zero at the start).
+/// Levels along the blocks that wait, and the changes of power to come (about 42 KiB, all zero at the start).
 #[derive(Debug)]
 pub struct PowerStore {
     pub(crate) levels: Levels,

@@ -95,8 +95,8 @@ mod tests {
         defmt::assert_eq!(memory::protection(10), log, "the log's sector, 128 KiB: full access, never executed");
         let d2_dma = (0x3004_0000, 0x130C_001D);
         defmt::assert_eq!(memory::protection(11), d2_dma, "SRAM3, 32 KiB: full access, never cached, never executed");
-        let itcm_data = (0x0000_8000, 0x1302_001D);
-        defmt::assert_eq!(memory::protection(12), itcm_data, "ITCM's data, 32 KiB: full access, never executed");
+        let itcm_data = (0x0000_0000, 0x1302_011F);
+        defmt::assert_eq!(memory::protection(12), itcm_data, "ITCM, 56 of 64 KiB: full access, never executed");
         for unused in 13..16 {
             defmt::assert_eq!(memory::protection(unused).1 & 1, 0, "region {} is on", unused);
         }
