@@ -74,7 +74,7 @@ const PIXELS: [(f64, u16); 8] =
     [(0.1, 1_000), (0.05, 0), (0.05, 150), (0.3, 0), (1.0, 400), (0.2, 1_000), (0.15, 0), (0.1, 150)];
 
 /// Returns the sample laser at 500 mm/s and 3000 mm/s^2.
-fn fast_laser() -> Plan {
+pub fn fast_laser() -> Plan {
     let faster = [("= 12000", "= 30000"), ("_acceleration = 1500", "_acceleration = 3000")];
     let faster = faster.iter().chain(&[(".acceleration = 1500", ".acceleration = 3000")]);
     let homed = [("must_be_homed = true", "must_be_homed = false"), ("grbl_mode = true", "grbl_mode = false")];
@@ -152,47 +152,61 @@ fn a_picture_s_edges_at_the_pin_are_in_their_places() {
     }
 }
 
-/// Pixels of a row, their width in mm, and how many a line takes.
-const ROW: usize = 3_000;
-const PIXEL_MM: f64 = 0.02;
+/// Number of pixels that a raster line takes here.
 const PIXELS_OF_A_LINE: usize = 30;
 
-/// Returns rows of pixels there and back, each pixel with another S than the one before, in raster lines.
-fn noise(rows: usize) -> String {
-    let (mut job, mut random) = (String::from("M4 S0\nG1 F30000\n"), 1_u32);
-    for row in 0..rows {
-        let (first, sign, end) = if row % 2 == 0 { (60.0, 1.0, 170.0) } else { (120.0, -1.0, 10.0) };
-        let _ = writeln!(job, "G1 X{first} Y{:.2} S0", row as f64 * PIXEL_MM);
-        for line in 0..ROW / PIXELS_OF_A_LINE {
-            let x = first + sign * PIXEL_MM * ((line + 1) * PIXELS_OF_A_LINE) as f64;
-            let mut list = String::new();
-            for pixel in 0..PIXELS_OF_A_LINE {
-                random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                let s = 100 + 400 * (pixel as u32 % 2) + (random >> 16) % 300;
-                let _ = write!(list, "{}{s}", if pixel == 0 { "" } else { ":" });
-            }
-            let _ = writeln!(job, "G1 X{x:.2} S{list}");
-        }
-        let _ = writeln!(job, "G1 X{end} S0");
-    }
-    job + "M5\n"
+/// Rows of pixels there and back at 500 mm/s, each pixel with another S than the one before.
+pub struct Noise {
+    pub rows: usize,
+    /// Pixels of a row, a multiple of [`PIXELS_OF_A_LINE`].
+    pub pixels: usize,
+    pub pixel_mm: f64,
 }
 
-/// 25,000 pixels a second from the card, each with a power of its own: every row at its speed.
+impl Noise {
+    /// Returns the job, in raster lines.
+    pub fn job(&self) -> String {
+        let (mut job, mut random) = (String::from("M4 S0\nG1 F30000\n"), 1_u32);
+        let width = self.pixel_mm * self.pixels as f64;
+        for row in 0..self.rows {
+            let (first, sign, end) = if row % 2 == 0 { (60.0, 1.0, 110.0 + width) } else { (60.0 + width, -1.0, 10.0) };
+            let _ = writeln!(job, "G1 X{first} Y{:.2} S0", row as f64 * self.pixel_mm);
+            for line in 1..=self.pixels / PIXELS_OF_A_LINE {
+                let x = first + sign * self.pixel_mm * (line * PIXELS_OF_A_LINE) as f64;
+                let _ = write!(job, "G1 X{x:.2} S");
+                for pixel in 0..PIXELS_OF_A_LINE {
+                    random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    let s = 100 + 400 * (pixel as u32 % 2) + (random >> 16) % 300;
+                    let _ = write!(job, "{}{s}", if pixel == 0 { "" } else { ":" });
+                }
+                job.push('\n');
+            }
+            let _ = writeln!(job, "G1 X{end} S0");
+        }
+        job + "M5\n"
+    }
+
+    /// Asserts that every pixel was burnt, and every row at its speed.
+    #[track_caller]
+    pub fn check(&self, changes: &[PowerChange]) {
+        let asked = self.rows * (self.pixels + 1);
+        assert_eq!(changes.len(), asked, "more: the power of M4 follows a speed that falls");
+        for (row, changes) in changes.chunks(self.pixels + 1).enumerate() {
+            let lasted = (changes[self.pixels].time_ns - changes[0].time_ns) as f64 / 1e9;
+            println!("row {row}: {:.0} pixels a second", self.pixels as f64 / lasted);
+            assert!(lasted <= 1.002 * self.pixels as f64 * self.pixel_mm / 500.0, "row {row} took {lasted} s");
+        }
+    }
+}
+
 #[test]
 fn twenty_five_thousand_pixels_a_second_burn_from_the_card() {
-    const ROWS: usize = 6;
-    let mut velvet = fast_laser().file("noise.g", &noise(ROWS)).start();
+    let noise = Noise { rows: 6, pixels: 3_000, pixel_mm: 0.02 };
+    let mut velvet = fast_laser().file("noise.g", &noise.job()).start();
     velvet.ask("G28.3 X10 Y0 Z0", SECOND);
     velvet.world(|world| world.trace_mut().take_power());
     velvet.ask("M23 noise.g", SECOND);
     velvet.type_in("M24");
     velvet.hear_until("Done printing file", 60 * SECOND);
-    let changes = velvet.world(|world| world.trace_mut().take_power());
-    assert_eq!(changes.len(), ROWS * (ROW + 1), "more: the power of M4 follows a speed that falls");
-    for (row, changes) in changes.chunks(ROW + 1).enumerate() {
-        let lasted = (changes[ROW].time_ns - changes[0].time_ns) as f64 / 1e9;
-        println!("row {row}: {:.0} pixels a second", ROW as f64 / lasted);
-        assert!(lasted <= 1.002 * ROW as f64 * PIXEL_MM / 500.0, "row {row} took {lasted} s");
-    }
+    noise.check(&velvet.world(|world| world.trace_mut().take_power()));
 }

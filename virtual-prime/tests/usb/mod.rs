@@ -8,6 +8,7 @@ mod echo;
 mod fuzz;
 mod load;
 mod ports;
+mod raster;
 mod registers;
 mod remote;
 mod replug;
