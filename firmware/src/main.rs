@@ -91,8 +91,8 @@ mod app {
     const LOOK_EVERY: Ticks = Ticks::from_micros(400);
 
     /// Time between two turns of the executor while a laser may burn: door, kill button and interlocks are
-    /// looked at in a turn that comes 200 us after the last look or later.
-    const TURN_EVERY_LIT: Ticks = Ticks::from_micros(210);
+    /// looked at in a turn that comes 250 us after the last look or later.
+    const TURN_EVERY_LIT: Ticks = Ticks::from_micros(255);
 
     /// Memory of motion that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for the
     /// data that the step interrupt, the feed and the planner touch all the time.

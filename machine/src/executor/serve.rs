@@ -28,7 +28,7 @@ use crate::machine::{Machine, feed_hold, jogging, long_answers, program_io, supp
 const POLL_PERIOD: Micros = Micros::from_millis(10);
 /// Period of the looks at the kill button and the filament's wheel: the button is to be as fast as M112, and
 /// a look at all inputs is dear for every turn.
-const KILL_PERIOD: Micros = Micros(200);
+const KILL_PERIOD: Micros = Micros(250);
 /// The one question that begins with a G.
 const G_QUESTION: &[u8] = b"G28.6";
 /// Half period of the life LED.
@@ -55,7 +55,7 @@ fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.kill_due {
         machine.polls.kill_due = now.plus(KILL_PERIOD);
         machine.watch_kill_button(now);
-        Features::<P>::each_200_us(machine, now);
+        Features::<P>::each_250_us(machine, now);
         if machine.safety.is_halted() {
             // A halted machine's place has to be on the card before a falling supply is gone.
             machine.watch_halt(now);

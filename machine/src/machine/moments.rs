@@ -141,8 +141,8 @@ moments! {
 
     // --- time ---
 
-    /// Looks at what must be seen within 250 us: 200 us after the last look at the earliest.
-    all each_200_us(machine: &mut M, now: Micros);
+    /// Looks at what must be seen within 250 us.
+    all each_250_us(machine: &mut M, now: Micros);
     /// Looks at what must be seen within 10 ms.
     all each_10_ms(machine: &mut M, now: Micros);
     /// Looks at what must be seen at every turn of a wait. Every line passes here.

@@ -71,7 +71,7 @@ impl<'c, M: SupplyHands<'c>> Moments<M> for Feature {
         not_written(world, written);
     }
 
-    fn each_200_us(hands: &mut M, now: Micros) {
+    fn each_250_us(hands: &mut M, now: Micros) {
         let Supplied { world, jobs, axes, phases, safety, brown_out, is_noted } = hands.supplied();
         let Some(fall) = look(world, brown_out, is_noted, now) else { return };
         if !is_at_work(&mut world.ports, safety, jobs) {

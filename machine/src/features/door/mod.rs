@@ -29,7 +29,7 @@ impl<'c, P: Ports> DoorHands<'c> for Machine<'c, P> {
 pub(crate) struct Feature;
 
 impl<'c, M: DoorHands<'c>> Moments<M> for Feature {
-    fn each_200_us(hands: &mut M, _now: Micros) {
+    fn each_250_us(hands: &mut M, _now: Micros) {
         if is_open(hands.world()) && hands.state() != State::Door {
             opens(hands);
         }

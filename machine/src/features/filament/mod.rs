@@ -73,7 +73,7 @@ impl<'c, P: Ports> FilamentHands<'c> for Machine<'c, P> {
 pub(crate) struct Feature;
 
 impl<'c, M: FilamentHands<'c>> Moments<M> for Feature {
-    fn each_200_us(hands: &mut M, _now: Micros) {
+    fn each_250_us(hands: &mut M, _now: Micros) {
         count(&mut hands.sensors());
     }
 

@@ -59,7 +59,7 @@ impl<'c, M: LaserHands<'c>> Moments<M> for Feature {
         }
     }
 
-    fn each_200_us(hands: &mut M, now: Micros) {
+    fn each_250_us(hands: &mut M, now: Micros) {
         if !has_laser(hands.world().config) {
             return;
         }

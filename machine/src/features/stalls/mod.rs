@@ -96,7 +96,7 @@ impl<'c, P: Ports> StallHands<'c> for Machine<'c, P> {
 pub(crate) struct Feature;
 
 impl<'c, M: StallHands<'c>> Moments<M> for Feature {
-    fn each_200_us(hands: &mut M, now: Micros) {
+    fn each_250_us(hands: &mut M, now: Micros) {
         if hands.is_under_way() {
             recovery::watch(hands);
         }
