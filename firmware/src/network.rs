@@ -372,7 +372,8 @@ impl Joined {
         let rest = if link.is_some() { LOOK_EVERY } else { LOOK_OFTEN };
         let next = self.stack.next_in();
         let has_more = next == 0 || self.ethernet.has_work();
-        // Work on files goes on whenever the executor rests. Frames that are left bring no event of their own.
+        // Work on files goes on whenever the executor rests. Frames that are left bring no event of their
+        // own.
         self.due = if is_busy || has_more { now } else { now.plus(rest.min(Micros(next))) };
         has_more
     }
