@@ -6,6 +6,7 @@ use crate::block::{Block, Code, Letter, WORD_LETTERS};
 use crate::error::{Problem, SyntaxError, column};
 use crate::expression::Parameters;
 use crate::scanner::Blocks;
+use crate::text_value::powers;
 
 /// Codes of a line at most.
 pub const MOST_CODES: usize = 16;
@@ -88,6 +89,10 @@ impl<'a> Blocks<'a> {
                 b'G' => self.code(Letter::G, 'G', parameters)?,
                 b'M' => self.code(Letter::M, 'M', parameters)?,
                 b'T' => self.code(Letter::T, 'T', parameters)?,
+                // A run of pixels behind S, which only single commands have.
+                b'@' if powers(self.line, begin, &whole.all).is_some() => {
+                    return Err(self.error(begin, Problem::NotALetter(b'@')));
+                }
                 letter => {
                     if whole.all.has(char::from(letter)) {
                         whole.twice = Some(char::from(letter));

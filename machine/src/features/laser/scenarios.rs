@@ -143,6 +143,9 @@ fn moves_that_cut_have_power_and_nothing_else_has() {
     assert_eq!(changes(&mut bench), []);
     bench.run(&["M3 S500", "S250", "G1 X60", "G4 P0"]);
     assert_eq!(changes(&mut bench).first().map(|(_, duty)| *duty), Some(16_384));
+    // A run of pixels, alone on its line and among others.
+    bench.run(&["S0", "G1 X65 S500@7", "G1 X70 S250@3:0@2", "G4 P0"]);
+    assert_eq!(changes(&mut bench).iter().map(|(_, duty)| *duty).collect::<Vec<_>>(), [32_768, 16_384, 0]);
     // M4 follows the speed: from nothing, up in small steps, down to nothing.
     bench.run(&["M4 S1000", "G1 X90 F3000", "G4 P0"]);
     let duties: Vec<u16> = changes(&mut bench).into_iter().map(|(_, duty)| duty).collect();
