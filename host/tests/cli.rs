@@ -1,31 +1,10 @@
 //! The velvet command as a person uses it: a configuration checked, a job run, its report read.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod common;
+
+use common::{folder, said, text, velvet};
 
 const CONFIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/samples/cartesian.ini");
-
-fn velvet(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_velvet")).args(arguments).output().expect("velvet was built with this test")
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
-}
-
-/// Makes an empty folder of this test's own.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).expect("left by an earlier run of this test");
-    }
-    std::fs::create_dir_all(&folder).expect("a folder to write to");
-    folder
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("the folder's name is text")
-}
 
 #[test]
 fn a_good_configuration_passes_and_a_bad_line_is_named() {

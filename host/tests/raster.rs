@@ -1,7 +1,10 @@
 //! A picture from PNG to the edges of a laser: `velvet raster`, the native runner, `velvet laser`.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod common;
+
+use std::path::Path;
+
+use common::{folder, said, text, velvet};
 
 const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/samples/laser.ini");
 /// Pixels of a row.
@@ -9,28 +12,6 @@ const COLUMNS: usize = 60;
 const ROWS: usize = 6;
 /// Number of black bars in a row.
 const BARS: usize = 20;
-
-fn velvet(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_velvet")).args(arguments).output().expect("velvet was built with this test")
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
-}
-
-/// Makes an empty folder of this test's own.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).expect("left by an earlier run of this test");
-    }
-    std::fs::create_dir_all(&folder).expect("a folder to write to");
-    folder
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("the folder's name is text")
-}
 
 /// Writes a picture of bars, a black column and two white ones, and nothing in its second row.
 fn write_bars(path: &Path) {
