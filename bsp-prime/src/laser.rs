@@ -46,9 +46,8 @@ struct Shared {
     at_rest: AtomicU32,
     /// Time of the executor's last look, low half of the microseconds.
     looked: AtomicU32,
-    /// Power that went off because it was not renewed, counts of the compare value, plus 1; 0 while it is
-    /// renewed.
-    lapsed: AtomicU32,
+    /// Whether power was not renewed in time, since the executor last looked.
+    lapsed: AtomicBool,
 }
 
 /// All zero, as the section is.
@@ -62,7 +61,7 @@ static SHARED: Shared = Shared {
     gate_on: AtomicU32::new(0),
     at_rest: AtomicU32::new(0),
     looked: AtomicU32::new(0),
-    lapsed: AtomicU32::new(0),
+    lapsed: AtomicBool::new(false),
 };
 
 /// Whether there is a laser, so that the above is to be looked at at all: the memory of that is cleared later
@@ -192,15 +191,11 @@ impl Laser {
         play(duty);
     }
 
-    /// Keeps the power at rest up. Returns whether power has gone off because it was not renewed, at rest or
-    /// not: true once, and the laser stays locked. One that was dark then is unlocked again.
+    /// Keeps the power at rest up. Returns whether power was not renewed in time, at rest or not, so that no
+    /// power has come through since: true once, and the laser stays locked.
     pub fn look(&mut self) -> bool {
         SHARED.looked.store(time::now().0 as u32, Ordering::Relaxed);
-        let lapsed = SHARED.lapsed.swap(0, Ordering::Relaxed);
-        if lapsed == 1 {
-            self.lock(false);
-        }
-        lapsed > 1
+        SHARED.lapsed.swap(false, Ordering::Relaxed)
     }
 
     fn set_mode(&self, mode: u32) {
@@ -244,11 +239,10 @@ pub fn renew(next_run: Ticks) {
 /// laser anew.
 pub fn on_alarm() {
     if alarm::acknowledge() && SHARED.is_open.swap(0, Ordering::Relaxed) != 0 {
-        let counts = read(&SHARED.compare);
         write(&SHARED.compare, 0);
         write(&SHARED.generate, UPDATE);
         write(&SHARED.gate, SHARED.gate_on.load(Ordering::Relaxed).rotate_left(16));
-        SHARED.lapsed.store(counts + 1, Ordering::Relaxed);
+        SHARED.lapsed.store(true, Ordering::Relaxed);
     }
 }
 
@@ -272,12 +266,6 @@ fn write(register: &AtomicPtr<u32>, word: u32) {
         // own timer, and to a port's BSRR, where a word names the gate's pin or none.
         unsafe { register.write_volatile(word) };
     }
-}
-
-fn read(register: &AtomicPtr<u32>) -> u32 {
-    let register = register.load(Ordering::Relaxed);
-    // SAFETY: as in `write`.
-    if register.is_null() { 0 } else { unsafe { register.read_volatile() } }
 }
 
 /// Gives the laser a duty, 1/65535, from this moment on, unless it is locked. The step interrupt's part:

@@ -51,11 +51,13 @@ impl Beam {
         }
     }
 
-    /// Looks whether power has gone off by itself, at rest or in motion. Returns true when it just has; the
-    /// laser is locked then until the machine rests, or [`Self::goes_on`].
+    /// Looks whether the laser has locked itself. Returns true when it just has and there is something to
+    /// tell: it burnt, or should burn on along a path. It is locked then until the machine rests, or
+    /// [`Self::goes_on`].
     pub fn lapses(&mut self, port: &mut impl LaserPort, rests: bool) -> bool {
-        let lapses = port.look_at_laser();
-        if lapses {
+        let has_locked_itself = port.look_at_laser();
+        let lapses = has_locked_itself && (self.given != 0 || !rests);
+        if has_locked_itself {
             self.force_off(port);
         }
         self.has_lapsed = lapses || self.has_lapsed && !rests;
@@ -313,11 +315,16 @@ mod tests {
         assert!(beam.fire(&texts, &mut port, at(0), 1.0, "5").is_ok());
         assert!(!beam.lapses(&mut port, true));
         port.has_lapsed = true;
+        beam.end(&mut port);
+        assert!(!beam.lapses(&mut port, true), "nothing to tell of a dark laser at rest");
+        beam.lock(&mut port, false);
+        (port.locked, port.duties) = (vec![false], Vec::new());
+        port.has_lapsed = true;
         assert!(beam.lapses(&mut port, false) && !beam.lapses(&mut port, false) && beam.has_lapsed());
         assert!(!beam.lapses(&mut port, true) && !beam.has_lapsed(), "rest ends it");
         beam.lock(&mut port, false);
         beam.look(&mut port, at(1), true, 0);
-        assert_eq!((port.locked, port.duties.len()), (vec![false, true, false], 1));
+        assert_eq!((port.locked, port.duties.len()), (vec![false, true, false], 0));
     }
 
     #[test]

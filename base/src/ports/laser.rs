@@ -9,9 +9,9 @@ pub trait LaserPort {
     /// Gives the laser a duty, 1/65535, until the path changes it. Only while nothing moves.
     fn set_laser(&mut self, duty: u16);
 
-    /// Keeps the power at rest up: on the board it goes off 100 ms after the last look. Returns whether power
-    /// has gone off by itself since the last look, at rest because there was none for so long, in motion
-    /// because the steps came late: true once, and the laser is locked.
+    /// Keeps the power at rest up: on the board it goes off 100 ms after the last look. Returns whether the
+    /// laser has locked itself since the last look, lit or dark: at rest because there was none for so long,
+    /// in motion because the steps came late. True once; it stays locked.
     fn look_at_laser(&mut self) -> bool;
 
     /// Sets the frequency of the duty, hertz; the duty becomes 0. Only while nothing moves.

@@ -42,7 +42,7 @@ impl World {
 
     /// Has power go off as the board's watch does when the steps or the executor come late.
     pub fn let_laser_lapse(&mut self, at_ns: u64) {
-        self.laser.has_lapsed = self.laser.duty != 0;
+        self.laser.has_lapsed = true;
         self.lock_laser(at_ns, true);
     }
 
