@@ -140,6 +140,7 @@ impl Session {
                 self.go(now_ns, Step::Play);
                 self.speak_ns = now_ns + PROGRESS_NS;
             }
+            Step::Start | Step::Play if line.contains(NOT_BEGUN) => self.give_up(now_ns, line),
             Step::Start | Step::Play if line.contains("Done printing file") => self.go(now_ns, Step::Settle),
             Step::Play if line.contains("Not currently playing") || line.contains("Not SD printing") => {
                 self.give_up(now_ns, "the file stopped playing before its end");
@@ -271,6 +272,9 @@ const UNREAD_LINE: &str = "// WARNING gcode parse failed";
 /// The job waits for a person, because one of its lines could not be carried out.
 const PAUSED: &str = "error:paused";
 const PAUSED_GRBL: &str = "[MSG:paused";
+
+/// The job was refused before its first line; an error in one dialect, a message in GRBL's.
+const NOT_BEGUN: &str = "the job was not begun: ";
 
 /// The program waits for a person (M0, M6), who is to say that it may go on.
 const WAITS: &str = ": ~ or M24 goes on";
@@ -413,6 +417,15 @@ mod tests {
     fn a_line_that_cannot_be_read_is_an_error_of_the_job() {
         assert!(is_error("// WARNING gcode parse failed Illegal parameter word: Y needs a number, column 8 - G1 Yfoo"));
         assert!(!is_error("// WARNING something else"));
+    }
+
+    #[test]
+    fn a_job_that_was_not_begun_is_an_error_in_both_dialects() {
+        for refusal in ["error:the job was not begun: home first", "[MSG:the job was not begun: home first]"] {
+            let (mut answers, said) = (HAPPY, format!("ok\n{refusal}\nDone printing file\n").leak());
+            answers[2].1 = said;
+            assert_eq!(transcript(&answers, 10).0.errors(), [refusal]);
+        }
     }
 
     #[test]
