@@ -66,6 +66,20 @@ impl program::extended::Names for PartNames<'_> {
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
         self.config.temperatures.get(place).map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
     }
+
+    fn motor(&self, name: &str) -> Option<char> {
+        const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
+        let (section, number) = name.split_at(name.len().min("extruder".len()));
+        if section.eq_ignore_ascii_case("extruder") {
+            let id: u8 = if number.is_empty() { 0 } else { number.parse().ok()? };
+            let extruder = self.config.extruders.iter().find(|extruder| extruder.tool.id.0 == id)?;
+            return LETTERS.get(extruder.actuator()? as usize).copied();
+        }
+        // The towers of a delta are a, b and c, and its first three motors.
+        let (_, axis) = name.split_at_checked("stepper_".len()).filter(|(section, _)| *section == "stepper_")?;
+        let place = ["x", "y", "z", "a", "b", "c"].into_iter().position(|known| axis.eq_ignore_ascii_case(known))?;
+        LETTERS.get(place % 3).copied()
+    }
 }
 
 /// Returns the settings of the machine that the program needs.

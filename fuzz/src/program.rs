@@ -85,6 +85,10 @@ impl extended::Names for NoNames {
     fn heater_at(&self, place: usize) -> Option<(gcode::Code, u8)> {
         (place == 0).then_some((gcode::Code::m(104), 0))
     }
+
+    fn motor(&self, _: &str) -> Option<char> {
+        Some('X')
+    }
 }
 
 /// Greatest number of lines carried out: loops may have no end.

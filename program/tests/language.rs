@@ -329,6 +329,10 @@ impl Names for Session {
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
         [(Code::m(104), 0), (Code::m(140), 254)].get(place).copied()
     }
+
+    fn motor(&self, name: &str) -> Option<char> {
+        ["stepper_x", "extruder"].iter().position(|known| *known == name).map(|place| ['X', 'A'][place])
+    }
 }
 
 /// Runs a page and returns the page with the actual actions.

@@ -127,6 +127,10 @@ mod tests {
         fn heater_at(&self, _: usize) -> Option<(Code, u8)> {
             None
         }
+
+        fn motor(&self, _: &str) -> Option<char> {
+            None
+        }
     }
 
     fn becomes(line: &str) -> String {

@@ -20,6 +20,8 @@ pub trait Names {
     fn has_strips(&self) -> bool;
     /// Returns code and id, as `heater` does, of the heater at this index.
     fn heater_at(&self, place: usize) -> Option<(Code, u8)>;
+    /// Returns the letter, X to C, of the motor that Klipper's section of this name describes.
+    fn motor(&self, name: &str) -> Option<char>;
 }
 
 /// Codes that set an output.
@@ -58,6 +60,8 @@ pub(super) enum Becomes {
     Tower,
     /// Nothing, without change to the part.
     PassedOver,
+    /// A refusal: the row's help is the reason.
+    Absent,
 }
 
 pub(super) type Translate = fn(&Extended<'_>, &dyn Names, &mut CodeLine) -> Result<(), ExtendedFault>;
@@ -75,6 +79,7 @@ pub enum ExtendedFault {
     NoHeater,
     NoFan,
     NoStrip,
+    NoMotor,
     TooLong,
 }
 
@@ -92,6 +97,7 @@ impl fmt::Display for ExtendedFault {
             Self::NoHeater => f.write_str("names no heater of this machine"),
             Self::NoFan => f.write_str("names no switch of this machine"),
             Self::NoStrip => f.write_str("names no strip of this machine"),
+            Self::NoMotor => f.write_str("names no motor of this machine: stepper_x, stepper_y, stepper_z, extruder"),
             Self::TooLong => f.write_str("is too long"),
         }
     }
@@ -103,7 +109,8 @@ impl ExtendedInfo {
     pub(crate) const fn kept(&self) -> &'static str {
         match self.becomes {
             Becomes::PassedOver => "left out: ",
-            _ => "",
+            Becomes::Absent => "refused: ",
+            Becomes::Codes(_) | Becomes::Console(_) | Becomes::Tower => "",
         }
     }
 }

@@ -33,6 +33,10 @@ impl Names for Machine {
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
         [(Code::m(104), 0), (Code::m(140), 254)].get(place).copied()
     }
+
+    fn motor(&self, name: &str) -> Option<char> {
+        ["stepper_x", "extruder"].iter().position(|known| *known == name).map(|place| ['X', 'A'][place])
+    }
 }
 
 fn becomes(line: &str) -> Text {
@@ -91,6 +95,26 @@ fn commands_become_codes() {
         ("SET_SKEW XY=140.4,142.8,99.8 YZ=141,141.2,100", "M852 P0 A140.4 B142.8 D99.8 M852 P2 A141 B141.2 D100"),
         ("SET_SKEW CLEAR=1", "M852 I0 J0 K0"),
         ("CALC_MEASURED_SKEW AC=140.4 BD=142.8 AD=99.8", "M852.1 A140.4 B142.8 D99.8"),
+        ("SET_TMC_CURRENT STEPPER=stepper_x CURRENT=0.8 HOLDCURRENT=0.5", "M906 X1131"),
+        ("SET_TMC_CURRENT STEPPER=extruder", "M911 A"),
+        ("DUMP_TMC STEPPER=stepper_x", "M911 X"),
+        ("PID_CALIBRATE HEATER=heater_bed TARGET=60 WRITE_FILE=1", "M303 P254 S60"),
+        ("GET_POSITION", "M114.3 M114.2 M114"),
+        ("PROBE PROBE_SPEED=5", "G30 F300"),
+        ("SET_KINEMATIC_POSITION", "G28.3"),
+        ("SET_KINEMATIC_POSITION X=10 Z=-0.5", "G28.3 X10 Z-0.5"),
+        ("SET_KINEMATIC_POSITION CLEAR_HOMED=XZ", "G28.5 X Z"),
+        ("SET_KINEMATIC_POSITION Z=0 CLEAR_HOMED=y", "G28.3 Z0 G28.5 Y"),
+        ("SET_STEPPER_ENABLE STEPPER=extruder ENABLE=0", "M18 A"),
+        ("SET_STEPPER_ENABLE STEPPER=extruder ENABLE=1", "M17"),
+        ("SET_RETRACTION RETRACT_LENGTH=0.8 RETRACT_SPEED=35", "M207 S0.8 F2100"),
+        ("SET_RETRACTION UNRETRACT_EXTRA_LENGTH=0.05 RETRACT_LENGTH=1", "M207 S1 M208 S0.05"),
+        ("SET_FILAMENT_SENSOR SENSOR=runout ENABLE=0", "M412 S0"),
+        ("SDCARD_PRINT_FILE FILENAME=parts/clip.gcode", "M32 parts/clip.gcode"),
+        ("SDCARD_RESET_FILE", "(SDCARD_RESET_FILE)"),
+        ("SAVE_CONFIG", "M500"),
+        ("FIRMWARE_RESTART", "reset"),
+        ("BED_TILT_CALIBRATE", "G32"),
     ] {
         assert_eq!(becomes(line), codes, "{line}");
     }
@@ -109,6 +133,14 @@ fn what_cannot_be_carried_out_says_why() {
         ("TESTZ", "needs Z="),
         ("TESTZ Z=up", "needs a number for Z="),
         ("SET_SKEW XY=140,141", "needs three lengths for XY="),
+        ("SET_TMC_CURRENT STEPPER=stepper_q CURRENT=1", "names no motor"),
+        ("SET_TMC_CURRENT CURRENT=1", "needs STEPPER="),
+        ("SET_STEPPER_ENABLE STEPPER=extruder", "needs ENABLE="),
+        ("PID_CALIBRATE HEATER=chamber TARGET=60", "names no heater"),
+        ("SET_KINEMATIC_POSITION CLEAR_HOMED=", "letters of X, Y and Z"),
+        ("TEST_RESONANCES AXIS=X", "no accelerometer"),
+        ("z_offset_apply_probe", "M851"),
+        ("LOAD_CELL_TARE", "no chip"),
     ] {
         assert!(becomes(line).contains(why), "{line}: {}", becomes(line));
     }
