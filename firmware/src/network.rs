@@ -34,6 +34,9 @@ use crate::page::{Page, Served};
 const LOOK_EVERY: Micros = Micros::from_millis(10);
 /// The same while the link is being made: each look moves the transceiver's registers on.
 const LOOK_OFTEN: Micros = Micros::from_millis(1);
+/// The same while frames are left that a look had no time for: they bring no event of their own. In a flood
+/// the next look would else follow at once, for ever.
+const LOOK_AT_LEFT: Micros = Micros(250);
 /// Room of an inbox, bytes, below which its visitor's bytes may have to wait.
 const SCARCE_ROOM: usize = 512;
 
@@ -369,11 +372,14 @@ impl Joined {
         self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut peers);
         self.page.serve(&mut self.stack, &mut self.random);
         let is_busy = self.page.run(card);
-        let rest = if link.is_some() { LOOK_EVERY } else { LOOK_OFTEN };
+        let rest = match link {
+            Some(_) if self.ethernet.has_work() => LOOK_AT_LEFT,
+            Some(_) => LOOK_EVERY,
+            None => LOOK_OFTEN,
+        };
         let next = self.stack.next_in();
-        let has_more = next == 0 || self.ethernet.has_work();
-        // Work on files goes on whenever the executor rests. Frames that are left bring no event of their
-        // own.
+        let has_more = next == 0;
+        // Work on files goes on whenever the executor rests.
         self.due = if is_busy || has_more { now } else { now.plus(rest.min(Micros(next))) };
         has_more
     }

@@ -9,9 +9,9 @@ use crate::settings::{HOST_BYTES, HostName, LINES, Service};
 use crate::streams::STREAMS;
 
 /// Bytes that a console's connection holds of what came in.
-pub const LINE_BYTES: usize = 1_536;
+pub const LINE_BYTES: usize = 1_024;
 /// Bytes that a console's connection holds of what goes out.
-const LINE_BYTES_OUT: usize = 1_024;
+const LINE_BYTES_OUT: usize = 768;
 /// Bytes that the connection of a visitor holds who is turned away, each way.
 const DOOR_BYTES: usize = 128;
 /// Sockets: consoles, doors, web connections, DHCP, mDNS, and the one that asks for names and time.
