@@ -282,6 +282,16 @@ pub type Outcome = Result<Answer, Failure>;
 
 const _: () = assert!(size_of::<Outcome>() <= 2 * size_of::<usize>(), "it is handed up through every command");
 
+/// Refusal of a move that feeds more filament than this extruder may without X, Y and Z.
+pub struct TooLong<'c>(pub &'c config::ExtruderConfig);
+
+impl Display for TooLong<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let config::ExtruderConfig { max_extrude_only_distance: most, name, .. } = self.0;
+        write!(f, "an extruder alone moves at most {most} mm: [extruder] {name}.max_extrude_only_distance")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -53,8 +53,8 @@ pub struct Tuning {
     pub filament_change: FilamentChangeConfig,
     /// Least temperature of each tool's nozzle to extrude, and to retract, C; 0 for none (M302).
     pub least_warm: [[f32; 2]; program::MAX_TOOLS],
-    /// Whether any nozzle has to be warm: asked by each move.
-    pub guards_cold: bool,
+    /// Whether a move may be refused for the filament that it feeds: asked by each move.
+    pub guards_filament: bool,
     /// Scale of a laser's power (M452, M221).
     pub laser: LaserScale,
 }
@@ -99,6 +99,11 @@ fn least_warm(config: &MachineConfig) -> [[f32; 2]; program::MAX_TOOLS] {
     least
 }
 
+/// Returns whether any extruder's moves have a greatest length.
+fn has_longest(config: &MachineConfig) -> bool {
+    config.extruders.iter().any(|extruder| extruder.max_extrude_only_distance > 0.0)
+}
+
 impl Tuning {
     /// Returns whether the probe's contact is closed.
     #[must_use]
@@ -132,7 +137,8 @@ impl Tuning {
             filament_change: config.filament_change,
             least_warm: least_warm(config),
             laser: LaserScale::new(config),
-            guards_cold: config.extruders.iter().any(|extruder| extruder.min_extrude_temp.0 > 0.0),
+            guards_filament: config.extruders.iter().any(|extruder| extruder.min_extrude_temp.0 > 0.0)
+                || has_longest(config),
         }
     }
 
@@ -151,7 +157,7 @@ impl Tuning {
             *least = words.get('S').map_or(*least, |celsius| [celsius as f32; 2]);
             least[1] = words.get('R').map_or(least[1], |celsius| celsius as f32);
         }
-        self.guards_cold = self.least_warm.iter().flatten().any(|celsius| *celsius > 0.0);
+        self.guards_filament = self.least_warm.iter().flatten().any(|celsius| *celsius > 0.0) || has_longest(config);
     }
 
     /// Returns the position at which an axis homes, mm, without its correction.
@@ -219,13 +225,15 @@ mod tests {
     fn nozzles_may_be_cold_when_that_is_allowed_and_have_their_limits_back() {
         let config = MachineConfig::default();
         let mut tuning = Tuning::new(&config);
-        assert!(!tuning.guards_cold);
+        assert!(!tuning.guards_filament);
         tuning.set_least_warm(&config, &words("M302 S180 R150"));
-        assert!(tuning.guards_cold && tuning.least_warm.iter().all(|least| *least == [180.0, 150.0]));
+        assert!(tuning.guards_filament && tuning.least_warm.iter().all(|least| *least == [180.0, 150.0]));
         tuning.set_least_warm(&config, &words("M302 P1"));
-        assert!(!tuning.guards_cold && tuning.least_warm.iter().flatten().all(|celsius| *celsius == 0.0));
+        assert!(!tuning.guards_filament && tuning.least_warm.iter().flatten().all(|celsius| *celsius == 0.0));
         tuning.set_least_warm(&config, &words("M302 P0"));
-        assert!(tuning.guards_cold && tuning.least_warm.iter().flatten().all(|celsius| *celsius == USUAL_LEAST_WARM));
+        assert!(
+            tuning.guards_filament && tuning.least_warm.iter().flatten().all(|celsius| *celsius == USUAL_LEAST_WARM)
+        );
         tuning.set_least_warm(&config, &words("M302 S170"));
         assert!(tuning.least_warm.iter().all(|least| *least == [170.0; 2]));
     }

@@ -49,6 +49,8 @@ pub enum Kind {
     Cold,
     /// Filament is fed by a cold nozzle, where that is refused.
     TooCold,
+    /// A move of an extruder alone that is longer than it may be.
+    TooLong,
     /// A speed that a limit cuts.
     Speed,
     /// An acceleration that a limit cuts.
@@ -99,6 +101,7 @@ impl Kind {
             Self::Off => "mend config.ini",
             Self::TooHot => "lower the temperature, or raise max_temp if the hardware bears it",
             Self::Cold | Self::TooCold => "set the temperature and wait for it (M109) before",
+            Self::TooLong => "feed it in shorter moves, or raise the limit",
             Self::Speed => "slice for that speed, or raise the limit",
             Self::Acceleration => "slice for that acceleration, or raise the limit",
             Self::Power => "give the sender and [laser] maximum_s_value (M452 R, $30) the same S of full power",

@@ -2,7 +2,7 @@
 
 use core::fmt::Arguments;
 
-use base::failure::short;
+use base::failure::{TooLong, short};
 use base::own_frame::apart;
 use config::MachineConfig;
 use motion::geometry::LineSettings;
@@ -90,11 +90,24 @@ impl Reading<'_, '_> {
                 self.say(Kind::NotHomed, short(format_args!("{text}")));
             }
         }
+        self.look_for_length(request, from, !moves);
         self.look_for_cold(request, from);
         if let Some((kind, text)) = power::of_move(self.preflight, request) {
             self.say(kind, text);
         }
         Ok(())
+    }
+
+    /// Reports a move of an extruder alone that is longer than it may be.
+    fn look_for_length(&mut self, request: &Move, from: &PerAxis<f64>, is_alone: bool) {
+        let Some(tool) = self.preflight.program.tools().active() else { return };
+        let (axis, id) = (tool.settings.axis, tool.settings.id);
+        let fed = request.target[axis] - from[axis];
+        let config = self.preflight.config;
+        let extruder = config.extruders.iter().find(|extruder| extruder.tool.id == id);
+        if let Some(extruder) = extruder.filter(|extruder| extruder.feeds_too_far(fed, is_alone)) {
+            self.say(Kind::TooLong, short(format_args!("{}", TooLong(extruder))));
+        }
     }
 
     /// Reports filament that a nozzle pushes while its heater has no target.
@@ -112,7 +125,8 @@ impl Reading<'_, '_> {
             if let Some(said) = self.preflight.once.cold.get_mut(axis as usize) {
                 *said = true;
             }
-            let is_guarded = self.preflight.tuning.guards_cold;
+            let least = self.preflight.tuning.least_warm.get(usize::from(id.0));
+            let is_guarded = least.is_some_and(|[least, _]| *least > 0.0);
             let kind = if is_guarded { Kind::TooCold } else { Kind::Cold };
             self.say(kind, short(format_args!("filament is fed while {} is off", settings.name)));
         }

@@ -56,7 +56,12 @@ settings! {
             => MmPerSecond::from_per_minute;
         /// Colder than this it does not turn: a line that asks for it is refused, and a file waits there; 0:
         /// it always does. M302 changes it.
-        min_extrude_temp: Celsius = number("0", &(0.0, 500.0)).unit("C").velvet();
+        min_extrude_temp: Celsius = number("0", &(0.0, 500.0))
+            .unit("C").klipper("[extruder] min_extrude_temp").velvet();
+        /// Longest filament that a line without X, Y and Z feeds or draws back; a longer one is refused, and a
+        /// file waits there; 0: any.
+        max_extrude_only_distance: f64 = number("0", NOT_NEGATIVE)
+            .unit("mm").klipper("[extruder] max_extrude_only_distance").velvet();
         /// Filament pushed ahead for each mm/s of its speed, on moves that extrude while X or Y move; 0 for
         /// none.
         "pressure_advance" pressure_advance_s: f64 = number("0", &(0.0, 10.0))
@@ -76,6 +81,12 @@ impl ExtruderConfig {
             1 => Axis::B,
             _ => Axis::C,
         };
+    }
+
+    /// Returns whether a move feeds more filament, mm, than the extruder may without X, Y or Z.
+    #[must_use]
+    pub fn feeds_too_far(&self, fed: f64, is_alone: bool) -> bool {
+        is_alone && self.max_extrude_only_distance > 0.0 && fed.abs() > self.max_extrude_only_distance
     }
 
     /// Returns the motor of the extruder: delta for tool 0, epsilon for 1, zeta for 2.

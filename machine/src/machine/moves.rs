@@ -160,7 +160,7 @@ pub(crate) fn take_at_once<'c>(hands: &mut impl DrawHands<'c>, request: &Move) -
     let is_whole = matches!(request.shape, Shape::Line { .. }) && !hands.tuning().lines.cut();
     let is_whole = is_whole && !program::objects::is_apart(hands.program()) && !hands.brakes();
     let is_free = hands.state() != State::Check && hands.axes().are_enabled();
-    let is_free = is_free && !hands.tuning().guards_cold;
+    let is_free = is_free && !hands.tuning().guards_filament;
     if !is_whole || !is_free || hands.may_move().is_err() || !hands.reaches(&request.target) {
         return false;
     }

@@ -39,6 +39,7 @@ pub const ROWS: &[Row] = &[
     row("[extruder] hotend.retract_zlift_length", "0", "1", Edges(RETRACT)),
     row("[extruder] hotend.retract_zlift_feedrate", "600", "120", Edges(RETRACT)).with(LIFTED),
     row("[extruder] hotend.min_extrude_temp", "0", "170", Say(&["G1 E1 F300"])),
+    row("[extruder] hotend.max_extrude_only_distance", "0", "50", Say(&["G1 E60 F300"])),
     row("[drillingcycles] enable", "true", "false", Say(DRILL)),
     row("[drillingcycles] dwell_units", "S", "P", Edges(DRILL)),
     row("[extruder] hotend.pressure_advance", "0", "0.05", Edges(ADVANCED)),

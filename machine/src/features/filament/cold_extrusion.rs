@@ -1,22 +1,31 @@
-//! Cold extrusion: an extruder stands while its nozzle is colder than `min_extrude_temp` or M302 says.
+//! Filament that a move may feed: none while its nozzle is colder than `min_extrude_temp` or M302 says, and
+//! without X, Y and Z no more than `max_extrude_only_distance`.
 
-use base::failure::Failure;
+use base::failure::{Failure, TooLong};
 use base::tuning::Tuning;
 use base::{Ports, World};
 use program::{Interpreter, Move};
+use units::Axis;
 
-/// Whether a move may turn the extruder: when it is warm enough, or stays.
+/// Whether a move may turn the extruder: when it is warm enough and the way is short enough, or it stays.
 pub(crate) fn may_extrude<P: Ports>(
     world: &mut World<'_, P>,
     program: &Interpreter,
     tuning: &Tuning,
     request: &Move,
 ) -> Result<(), Failure> {
-    if !tuning.guards_cold {
+    if !tuning.guards_filament {
         return Ok(());
     }
-    let Some(axis) = program.tools().active().map(|tool| tool.settings.axis) else { return Ok(()) };
-    let fed = request.target[axis] - world.ports.motion(|motion| motion.commanded_position())[axis];
+    let Some(tool) = program.tools().active().map(|tool| &tool.settings) else { return Ok(()) };
+    let here = world.ports.motion(|motion| motion.commanded_position());
+    let fed = request.target[tool.axis] - here[tool.axis];
+    let is_alone = Axis::PRIMARY.into_iter().all(|axis| request.target[axis] == here[axis]);
+    let World { config, texts, .. } = world;
+    let extruder = config.extruders.iter().find(|extruder| extruder.tool.id == tool.id);
+    if let Some(extruder) = extruder.filter(|extruder| extruder.feeds_too_far(fed, is_alone)) {
+        return Err(texts.refused(format_args!("{}", TooLong(extruder))));
+    }
     may_feed(world, program, tuning, fed)
 }
 

@@ -56,6 +56,24 @@ fn a_file_waits_where_it_would_extrude_cold_and_is_told_so_before() {
 }
 
 #[test]
+fn a_move_of_the_extruder_alone_is_no_longer_than_it_may_be() {
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[extruder] hotend.max_extrude_only_distance = 50")
+        .file("job.g", "G28\nM83\nG1 X5 E60 F3000\nG1 E60\n")
+        .start();
+    bench.run(&["G91", "M83", "G1 E50 F3000", "G1 X10 E60", "G1 E-50"]);
+    let before = bench.carriage(Delta);
+    for line in ["G1 E50.1", "G1 E-51", "G1 E1000"] {
+        let said = bench.say(line);
+        assert_eq!(said, "error:an extruder alone moves at most 50 mm: [extruder] hotend.max_extrude_only_distance\n");
+    }
+    assert_eq!(bench.carriage(Delta), before);
+    let said = bench.say("check job.g");
+    assert!(said.contains("line 4: stops: an extruder alone moves at most 50 mm"), "{said}");
+    assert!(!said.contains("line 3: stops"), "{said}");
+}
+
+#[test]
 fn m600_leaves_filament_in_a_nozzle_that_is_too_cold() {
     let mut bench = Plan::new(CARTESIAN)
         .set("[extruder] hotend.min_extrude_temp = 170")
