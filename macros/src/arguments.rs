@@ -2,8 +2,8 @@
 
 use crate::fault::{Fault, Result};
 use crate::memory::{Text, Use};
-use crate::run::Run;
-use crate::value::Value;
+use crate::run::{Run, wrong};
+use crate::value::{Value, View};
 
 /// Most arguments that have names.
 const MOST: usize = 4;
@@ -42,11 +42,11 @@ impl Arguments {
                 Use::SpreadNamed => {
                     for part in 0..run.iterate(value)? {
                         let (key, part) = run.entry(value, part)?;
-                        let Value::Str(key) = key else { return Err(Fault::new(&"names of arguments are strings")) };
+                        let View::Str(key) = key.view() else { return Err(run.memory.fault(&"names of arguments are strings")) };
                         // Names have their length before them, as the strings of the template.
-                        run.memory.push_word(key.len)?;
+                        run.memory.push_word(key.len() as u16)?;
                         let name = run.memory.copy_text(key)?;
-                        run.memory.push_named(Use::Keyword, name.at, part)?;
+                        run.memory.push_named(Use::Keyword, name.at() as u16, part)?;
                     }
                 }
                 kind => {
@@ -108,6 +108,29 @@ impl Arguments {
 }
 
 /// An argument that has to be given.
-pub fn needed(argument: Option<Value>) -> Result<Value> {
-    argument.ok_or(Fault::new(&"an argument is missing"))
+#[inline(never)]
+pub fn needed(run: &Run<'_, '_>, argument: Option<Value>) -> Result<Value> {
+    argument.ok_or_else(|| run.memory.fault(&"an argument is missing"))
+}
+
+/// Whole number that an argument is; truth values are 0 and 1.
+#[inline(never)]
+pub fn whole(run: &Run<'_, '_>, value: Value) -> Result<i64> {
+    match run.memory.whole(value) {
+        Some(int) => Ok(int),
+        None => Err(wrong(&run.memory, &"a whole number is wanted here: put |int behind it", value)),
+    }
+}
+
+/// Text that an argument is, which has to be given.
+#[inline(never)]
+pub fn text(run: &Run<'_, '_>, argument: Option<Value>) -> Result<Text> {
+    let value = needed(run, argument)?;
+    value.text().ok_or_else(|| wrong(&run.memory, &"a string is wanted here: put |string behind it", value))
+}
+
+/// Text that an argument is, or none for `none` and where there is no argument.
+#[inline(never)]
+pub fn optional_text(run: &Run<'_, '_>, argument: Option<Value>) -> Result<Option<Text>> {
+    if argument.is_none_or(Value::is_none) { Ok(None) } else { text(run, argument).map(Some) }
 }

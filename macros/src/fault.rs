@@ -12,12 +12,12 @@ const MOST_DETAIL: usize = 64;
 /// Result inside the crate: the place is added where the line is known.
 pub type Result<T> = core::result::Result<T, Fault>;
 
-/// Words of a fault. A thin pointer keeps results small: every function of the crate returns one.
+/// Words of a fault. A thin pointer keeps their places small.
 pub type Words = &'static &'static str;
 
-/// A fault without its place. Its subject waits in the memory until the error is made.
+/// A fault. Its words and its subject wait in the memory until the error is made: so results stay in registers.
 #[derive(Clone, Copy, Debug)]
-pub struct Fault(Words);
+pub struct Fault(());
 
 /// Subject of a fault.
 #[derive(Clone, Copy, Debug)]
@@ -30,16 +30,12 @@ pub enum About {
 }
 
 impl Fault {
-    /// A fault that its words describe.
-    pub const fn new(words: Words) -> Self {
-        Self(words)
-    }
-
     /// A fault about something that is to be named.
     #[inline(never)]
     pub fn with(memory: &Memory<'_>, words: Words, about: About) -> Self {
+        memory.words.set(words);
         memory.about.set(about);
-        Self(words)
+        Self(())
     }
 
     /// A fault about a text of the template.
@@ -53,12 +49,6 @@ impl Fault {
     pub fn of(memory: &Memory<'_>, words: Words, word: &'static str) -> Self {
         Self::with(memory, words, About::Word(word))
     }
-}
-
-/// Returns a fault in the form that functions return.
-#[inline(always)]
-pub fn fail<T>(words: Words) -> Result<T> {
-    Err(Fault::new(words))
 }
 
 /// Reason why a template cannot be used or rendered, with its place.
@@ -75,7 +65,7 @@ pub struct Error {
 }
 
 impl Error {
-    pub(crate) fn new(fault: Fault, (line, column): (u16, u16), memory: &Memory<'_>) -> Self {
+    pub(crate) fn new((line, column): (u16, u16), memory: &Memory<'_>) -> Self {
         let mut detail = String::new();
         match memory.about.get() {
             About::Nothing => {}
@@ -87,7 +77,7 @@ impl Error {
                 digits.text().bytes().for_each(|byte| drop(detail.push(char::from(byte))));
             }
         }
-        Self { line, column, words: fault.0, detail }
+        Self { line, column, words: memory.words.get(), detail }
     }
 }
 

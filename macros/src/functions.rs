@@ -1,17 +1,17 @@
 //! Functions that a template calls by name.
 
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, whole};
 use crate::environment::Action;
-use crate::fault::{Fault, Result, Words, fail};
+use crate::fault::{Fault, Result, Words};
 use crate::memory::Text;
 use crate::methods;
 use crate::names::Function;
-use crate::run::{Run, wrong};
-use crate::value::{Map, Value};
+use crate::run::Run;
+use crate::value::{Map, Value, View};
 
 /// Result of a function.
 pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<Value> {
-    let Some((function, names)) = Function::from_number(number) else { return fail(&"there is no such function") };
+    let Some((function, names)) = Function::from_number(number) else { return run.memory.fail(&"there is no such function") };
     match function {
         Function::Range => range(run, arguments, names),
         Function::Dict => fill(run, Map::Dict, arguments),
@@ -24,8 +24,8 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
         }
         Function::RaiseError => {
             let [message, ..] = arguments.bind(run, names)?;
-            let text = run.text_of(message.ok_or(Fault::new(NO_MESSAGE))?)?;
-            act(run, Action::RaiseError, Some(Value::Str(text)))?;
+            let text = run.text_of(message.ok_or(run.memory.fault(NO_MESSAGE))?)?;
+            act(run, Action::RaiseError, Some(Value::str(text)))?;
             Err(Fault::about(&run.memory, &"raised by the macro", text))
         }
         Function::CallRemoteMethod => act(run, Action::CallRemoteMethod, arguments.position(run, 0)),
@@ -35,14 +35,14 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
 const NO_MESSAGE: Words = &"a message is missing";
 
 fn act(run: &mut Run<'_, '_>, action: Action, message: Option<Value>) -> Result<Value> {
-    let text: Text = run.text_of(message.ok_or(Fault::new(NO_MESSAGE))?)?;
+    let text: Text = run.text_of(message.ok_or(run.memory.fault(NO_MESSAGE))?)?;
     run.machine.act(action, run.memory.text(text));
     run.str("")
 }
 
 fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value> {
     let map = run.map(kind, arguments.count)?;
-    if let Value::Map(_, head) = map {
+    if let View::Map(_, head) = map.view() {
         methods::dicts::fill(run, head, arguments)?;
     }
     Ok(map)
@@ -50,21 +50,17 @@ fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value>
 
 fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static str) -> Result<Value> {
     if arguments.positions(run) < arguments.count {
-        return fail(&"range takes its numbers without names");
+        return run.memory.fail(&"range takes its numbers without names");
     }
     let mut bounds = [0; 3];
     for (bound, value) in bounds.iter_mut().zip(arguments.bind(run, names)?.into_iter().flatten()) {
-        *bound = match value {
-            Value::Int(value) => value,
-            Value::Bool(is) => i64::from(is),
-            other => return Err(wrong(&run.memory, &"range wants whole numbers: put |int behind it", other)),
-        };
+        *bound = whole(run, value)?;
     }
     match (arguments.count, bounds) {
         (1, [end, ..]) => run.new_range([0, end, 1]),
         (2, [start, end, _]) => run.new_range([start, end, 1]),
-        (3, [_, _, 0]) => fail(&"the step of a range may not be 0"),
+        (3, [_, _, 0]) => run.memory.fail(&"the step of a range may not be 0"),
         (3, bounds) => run.new_range(bounds),
-        _ => fail(&"range wants one, two or three numbers"),
+        _ => run.memory.fail(&"range wants one, two or three numbers"),
     }
 }

@@ -1,16 +1,17 @@
 //! Python literals, as Klipper keeps values of variables: read and written.
 
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result};
 use crate::lexer::{Lexer, Token};
+use crate::run::{numbers, order};
 use crate::memory::{Memory, Text};
-use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value};
+use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View};
 
 /// Reads a literal into memory; fails if the text is none.
 pub fn read(memory: &mut Memory<'_>, source: &mut dyn Iterator<Item = u8>) -> Result<Value> {
     let mut reader = Reader { lexer: Lexer::of_literal(source), token: Token::End };
     reader.advance(memory)?;
     let value = reader.values(memory, Token::End, Seq::Tuple, DEEPEST)?;
-    if reader.token == Token::End { Ok(value) } else { fail(&"something stands behind the value") }
+    if reader.token == Token::End { Ok(value) } else { memory.fail(&"something stands behind the value") }
 }
 
 struct Reader<'s> {
@@ -39,31 +40,31 @@ impl Reader<'_> {
             self.advance(memory)?;
         }
         if self.token != end {
-            return fail(&"a value does not end where it should: see the brackets and commas");
+            return memory.fail(&"a value does not end where it should: see the brackets and commas");
         }
         if kind == Seq::Tuple && is_one {
             return Ok(memory.value(memory.block(head).data));
         }
         if end == Token::End && memory.block(head).len == 0 {
-            return fail(&"a value is missing");
+            return memory.fail(&"a value is missing");
         }
-        Ok(Value::Seq(kind, head))
+        Ok(Value::seq(kind, head))
     }
 
     fn value(&mut self, memory: &mut Memory<'_>, depth: u8) -> Result<Value> {
         if depth == 0 {
-            return fail(TOO_DEEP);
+            return memory.fail(TOO_DEEP);
         }
         let token = self.token;
         self.advance(memory)?;
         match token {
-            Token::Int(value) => Ok(Value::Int(value)),
-            Token::Float(value) => Ok(Value::Float(value)),
+            Token::Int(value) => memory.int(value),
+            Token::Float(value) => Ok(Value::float(value)),
             Token::Str(text) => self.strings(memory, text),
             Token::Name(name) => match memory.bytes(name) {
-                b"True" => Ok(Value::Bool(true)),
-                b"False" => Ok(Value::Bool(false)),
-                b"None" => Ok(Value::None),
+                b"True" => Ok(Value::bool(true)),
+                b"False" => Ok(Value::bool(false)),
+                b"None" => Ok(Value::NONE),
                 _ => Err(Fault::about(memory, &"this is no value: a text has to stand in quotes", name)),
             },
             Token::Sign(sign @ (b'-' | b'+')) => self.signed(memory, sign == b'-'),
@@ -78,7 +79,7 @@ impl Reader<'_> {
                 Ok(value)
             }
             Token::Sign(b'{') => self.dict(memory, depth - 1),
-            _ => fail(&"a value is missing: a text has to stand in quotes"),
+            _ => memory.fail(&"a value is missing: a text has to stand in quotes"),
         }
     }
 
@@ -92,16 +93,16 @@ impl Reader<'_> {
             text = memory.text_since(from);
             self.advance(memory)?;
         }
-        Ok(Value::Str(text))
+        Ok(Value::str(text))
     }
 
     fn signed(&mut self, memory: &mut Memory<'_>, is_negative: bool) -> Result<Value> {
         let token = self.token;
         self.advance(memory)?;
         match token {
-            Token::Int(value) => Ok(Value::Int(if is_negative { -value } else { value })),
-            Token::Float(value) => Ok(Value::Float(if is_negative { -value } else { value })),
-            _ => fail(&"a number is missing behind the sign"),
+            Token::Int(value) => memory.int(if is_negative { -value } else { value }),
+            Token::Float(value) => Ok(Value::float(if is_negative { -value } else { value })),
+            _ => memory.fail(&"a number is missing behind the sign"),
         }
     }
 
@@ -110,7 +111,7 @@ impl Reader<'_> {
         while self.token != Token::Sign(b'}') {
             let key = self.value(memory, depth)?;
             if self.token != Token::Sign(b':') {
-                return fail(&"a : is missing behind the key of a dict");
+                return memory.fail(&"a : is missing behind the key of a dict");
             }
             self.advance(memory)?;
             let value = self.value(memory, depth)?;
@@ -121,17 +122,17 @@ impl Reader<'_> {
             self.advance(memory)?;
         }
         if self.token != Token::Sign(b'}') {
-            return fail(&"a } is missing behind a dict");
+            return memory.fail(&"a } is missing behind a dict");
         }
         self.advance(memory)?;
-        Ok(Value::Map(Map::Dict, head))
+        Ok(Value::map(Map::Dict, head))
     }
 }
 
 /// Writes an entry of a dict; the last of a key stays. Keys are strings, numbers and words, as in JSON.
 fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<()> {
-    if matches!(key, Value::Seq(..) | Value::Map(..)) {
-        return fail(&"the key of a dict is a string or a number here");
+    if matches!(key.view(), View::Seq(..) | View::Map(..)) {
+        return memory.fail(&"the key of a dict is a string or a number here");
     }
     let block = memory.block(head);
     let known =
@@ -149,15 +150,9 @@ fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<(
 }
 
 fn is_same(memory: &Memory<'_>, a: Value, b: Value) -> bool {
-    let number = |value| match value {
-        Value::Bool(is) => Some(f64::from(u8::from(is))),
-        Value::Int(int) => Some(int as f64),
-        Value::Float(float) => Some(float),
-        _ => None,
-    };
-    match (a, b) {
-        (Value::Str(a), Value::Str(b)) => memory.bytes(a) == memory.bytes(b),
-        (Value::None, Value::None) => true,
-        _ => number(a).is_some() && number(a) == number(b),
+    if let (Some(a), Some(b)) = (a.text(), b.text()) {
+        return memory.bytes(a) == memory.bytes(b);
     }
+    let number = |value| order::number(memory, value).map(numbers::float);
+    a.is_none() && b.is_none() || number(a).is_some() && number(a) == number(b)
 }

@@ -6,27 +6,52 @@
 
 use core::cell::Cell;
 
-use crate::fault::{About, Fault, Result};
-use crate::value::{self, Value};
+use crate::fault::{About, Fault, Result, Words};
+use crate::value::{self, Value, View};
 
 /// Greatest memory: places are 16 bits.
 const MOST: usize = 0xffff;
 
-/// A text in memory.
+/// A text in memory, in one word: where its first byte is, and above that its length in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Text {
-    /// Place of the first byte.
-    pub at: u16,
-    /// Length of the text, bytes.
-    pub len: u16,
-}
+pub struct Text(u32);
 
 impl Text {
+    pub fn new(at: usize, len: usize) -> Self {
+        Self(at as u32 & 0xffff | (len as u32) << 16)
+    }
+
+    /// The text with this word.
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Place of the first byte.
+    pub fn at(self) -> usize {
+        self.0 as u16 as usize
+    }
+
+    /// Length of the text, bytes.
+    pub fn len(self) -> usize {
+        (self.0 >> 16) as usize
+    }
+
     /// The part of the text from one byte up to another.
+    #[inline(never)]
     pub fn part(self, from: usize, to: usize) -> Self {
-        let to = to.min(usize::from(self.len));
+        let to = to.min(self.len());
         let from = from.min(to);
-        Self { at: self.at.saturating_add(from as u16), len: (to - from) as u16 }
+        Self::new(self.at() + from, to - from)
+    }
+
+    /// The text from a byte on.
+    #[inline(never)]
+    pub fn rest(self, from: usize) -> Self {
+        self.part(from, usize::MAX)
     }
 }
 
@@ -74,6 +99,8 @@ pub struct Memory<'a> {
     pub pool: usize,
     /// Whether the strings of the template are complete, so that new ones are values.
     pub is_sealed: bool,
+    /// The last fault.
+    pub words: Cell<Words>,
     /// Subject of the last fault.
     pub about: Cell<About>,
     /// Most bytes that were in use at once.
@@ -92,6 +119,7 @@ impl<'a> Memory<'a> {
             floor: 0,
             pool: length,
             is_sealed: false,
+            words: Cell::new(&""),
             about: Cell::new(About::Nothing),
             peak: 0,
         }
@@ -107,6 +135,18 @@ impl<'a> Memory<'a> {
         Ok(())
     }
 
+    /// A fault that its words describe, in the form that functions return.
+    #[inline(always)]
+    pub fn fail<T>(&self, words: Words) -> Result<T> {
+        Err(self.fault(words))
+    }
+
+    /// A fault that its words describe.
+    #[inline(never)]
+    pub fn fault(&self, words: Words) -> Fault {
+        Fault::with(self, words, About::Nothing)
+    }
+
     /// The byte at a place; 0 beyond the end.
     pub fn byte(&self, at: usize) -> u8 {
         self.bytes.get(at).copied().unwrap_or(0)
@@ -115,7 +155,13 @@ impl<'a> Memory<'a> {
     /// The 16 bits at a place.
     #[inline(never)]
     pub fn word(&self, at: usize) -> u16 {
-        u16::from_le_bytes([self.byte(at), self.byte(at + 1)])
+        self.bytes.get(at..).and_then(<[u8]>::first_chunk).map_or(0, |bytes| u16::from_le_bytes(*bytes))
+    }
+
+    /// The 32 bits at a place.
+    #[inline(never)]
+    pub fn long_word(&self, at: usize) -> u32 {
+        self.bytes.get(at..).and_then(<[u8]>::first_chunk).map_or(0, |bytes| u32::from_le_bytes(*bytes))
     }
 
     /// Writes a byte at a place.
@@ -128,8 +174,44 @@ impl<'a> Memory<'a> {
     /// Writes 16 bits at a place.
     #[inline(never)]
     pub fn set_word(&mut self, at: usize, word: u16) {
-        for (index, byte) in word.to_le_bytes().into_iter().enumerate() {
-            self.set_byte(at + index, byte);
+        if let Some(place) = self.bytes.get_mut(at..).and_then(<[u8]>::first_chunk_mut) {
+            *place = word.to_le_bytes();
+        }
+    }
+
+    /// Writes 32 bits at a place.
+    #[inline(never)]
+    pub fn set_long_word(&mut self, at: usize, word: u32) {
+        if let Some(place) = self.bytes.get_mut(at..).and_then(<[u8]>::first_chunk_mut) {
+            *place = word.to_le_bytes();
+        }
+    }
+
+    /// The 64 bits at a place.
+    #[inline(never)]
+    pub fn eight(&self, at: usize) -> u64 {
+        u64::from(self.long_word(at)) | u64::from(self.long_word(at + 4)) << 32
+    }
+
+    /// A whole number as a value.
+    #[inline(never)]
+    pub fn int(&mut self, int: i64) -> Result<Value> {
+        if let Some(value) = Value::short(int) {
+            return Ok(value);
+        }
+        let at = self.top;
+        self.push_bytes(&int.to_le_bytes())?;
+        Ok(Value::long(at))
+    }
+
+    /// The whole number that a value is; truth values are 0 and 1.
+    #[inline(never)]
+    pub fn whole(&self, value: Value) -> Option<i64> {
+        match value.view() {
+            View::Bool(is) => Some(i64::from(is)),
+            View::Int(int) => Some(int),
+            View::Long(at) => Some(self.eight(usize::from(at)) as i64),
+            _ => None,
         }
     }
 
@@ -168,7 +250,7 @@ impl<'a> Memory<'a> {
     /// Appends a text that is in memory.
     #[inline(never)]
     pub fn push_text(&mut self, text: Text) -> Result<()> {
-        (0..usize::from(text.len)).try_for_each(|index| self.push_byte(self.byte(usize::from(text.at) + index)))
+        (0..text.len()).try_for_each(|index| self.push_byte(self.byte(text.at() + index)))
     }
 
     /// Appends a copy of a text.
@@ -182,23 +264,22 @@ impl<'a> Memory<'a> {
     /// A text with another behind it; what is made between them goes.
     #[inline(never)]
     pub fn extend(&mut self, text: Text, more: Text) -> Result<Text> {
-        let end = usize::from(text.at) + usize::from(text.len);
-        let from = usize::from(more.at);
-        if from >= end && from < self.pool {
-            let moved = self.move_down(more, end);
-            self.top = end + usize::from(moved.len);
-            return Ok(Text { at: text.at, len: text.len + moved.len });
+        let end = text.at() + text.len();
+        if more.at() >= end && more.at() < self.pool {
+            self.move_down(more, end);
+            self.top = end + more.len();
+        } else {
+            self.top = end;
+            self.push_text(more)?;
         }
-        self.top = end;
-        self.push_text(more)?;
-        Ok(Text { at: text.at, len: text.len + more.len })
+        Ok(Text::new(text.at(), text.len() + more.len()))
     }
 
     /// Moves what was appended since one place down to another.
     pub fn close_gap(&mut self, from: usize, start: usize) {
         let text = self.text_since(start);
         self.move_down(text, from);
-        self.top = from + usize::from(text.len);
+        self.top = from + text.len();
     }
 
     /// Puts what was appended since a place into upper case, as far as it is ASCII.
@@ -218,7 +299,7 @@ impl<'a> Memory<'a> {
     /// The text that was appended since the top was at a place.
     #[inline(never)]
     pub fn text_since(&self, from: usize) -> Text {
-        Text { at: from as u16, len: self.top.saturating_sub(from) as u16 }
+        Text::new(from, self.top.saturating_sub(from))
     }
 
     /// Copies a text of the program into memory.
@@ -232,8 +313,7 @@ impl<'a> Memory<'a> {
     /// The bytes of a text.
     #[inline(never)]
     pub fn bytes(&self, text: Text) -> &[u8] {
-        let from = usize::from(text.at);
-        self.bytes.get(from..from + usize::from(text.len)).unwrap_or_default()
+        self.bytes.get(text.at()..text.at() + text.len()).unwrap_or_default()
     }
 
     /// A text as characters; empty if its bytes are none.
@@ -258,9 +338,8 @@ impl<'a> Memory<'a> {
     /// Moves bytes down to a place before them.
     #[inline(never)]
     pub fn move_down(&mut self, text: Text, to: usize) -> Text {
-        let from = usize::from(text.at);
-        self.copy(from, to, usize::from(text.len));
-        Text { at: to as u16, len: text.len }
+        self.copy(text.at(), to, text.len());
+        Text::new(to, text.len())
     }
 
     /// Moves the first bytes of a part behind the others.
@@ -283,47 +362,41 @@ impl<'a> Memory<'a> {
         let end = self.bytes.len().min(MOST);
         let mut at = self.low;
         while at < end {
-            let known = Text { at: (at + 2) as u16, len: self.word(at) };
+            let known = Text::new(at + 2, usize::from(self.word(at)));
             if self.bytes(known) == self.bytes(new) {
                 self.top = from;
                 return Ok(known);
             }
-            at += 2 + usize::from(known.len);
+            at += 2 + known.len();
         }
-        let length = usize::from(new.len);
+        let length = new.len();
         self.low = self.low.saturating_sub(length + 2);
         self.check()?;
         self.copy(from, self.low + 2, length);
-        self.set_word(self.low, new.len);
+        self.set_word(self.low, length as u16);
         self.top = from;
         self.pool = self.low;
-        Ok(Text { at: (self.low + 2) as u16, len: new.len })
+        Ok(Text::new(self.low + 2, length))
     }
 
     /// The string of the template that begins at a place.
     #[inline(never)]
     pub fn interned(&self, at: u16) -> Text {
-        Text { at, len: self.word(usize::from(at).saturating_sub(2)) }
+        Text::new(usize::from(at), usize::from(self.word(usize::from(at).saturating_sub(2))))
     }
 
     /// Reads a value at a place.
     #[inline(never)]
     pub fn value(&self, at: usize) -> Value {
-        let mut payload = [0; 8];
-        for (index, byte) in payload.iter_mut().enumerate() {
-            *byte = self.byte(at + 1 + index);
-        }
-        Value::decode(self.byte(at), payload)
+        Value::from_words(self.long_word(at), self.long_word(at + 4))
     }
 
     /// Writes a value at a place.
     #[inline(never)]
     pub fn set_value(&mut self, at: usize, value: Value) {
-        let (tag, payload) = value.encode();
-        self.set_byte(at, tag);
-        for (index, byte) in payload.into_iter().enumerate() {
-            self.set_byte(at + 1 + index, byte);
-        }
+        let [low, high] = value.words();
+        self.set_long_word(at, low);
+        self.set_long_word(at + 4, high);
     }
 
     /// Makes an empty block with room for elements of a size.
@@ -391,7 +464,7 @@ impl<'a> Memory<'a> {
     #[inline(never)]
     pub fn push_named(&mut self, kind: Use, name: u16, value: Value) -> Result<()> {
         let Some(low) = self.low.checked_sub(SLOT) else {
-            return Err(Fault::new(&"the memory is too small for this macro"));
+            return self.fail(&"the memory is too small for this macro");
         };
         self.low = low;
         self.check()?;

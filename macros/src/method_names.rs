@@ -1,17 +1,17 @@
 //! Names of the methods of each type, and of their arguments: `*` takes any.
 
 use crate::environment::Kind;
-use crate::value::{Map, Seq, Value};
+use crate::value::{Map, Seq, Value, View};
 
 /// Names of the methods of a value, and of each method's arguments.
 pub fn methods(value: Value) -> &'static [(&'static str, &'static str)] {
-    match value {
-        Value::Str(_) => OF_STRINGS,
-        Value::Map(Map::Dict, _) => OF_DICTS,
-        Value::Seq(Seq::List, _) => OF_LISTS,
-        Value::Seq(Seq::Tuple, _) | Value::Range(_) => OF_TUPLES,
-        Value::Float(_) => &[("is_integer", "")],
-        Value::Object(object) => match object.kind {
+    match value.view() {
+        View::Str(_) => OF_STRINGS,
+        View::Map(Map::Dict, _) => OF_DICTS,
+        View::Seq(Seq::List, _) => OF_LISTS,
+        View::Seq(Seq::Tuple, _) | View::Range(_) => OF_TUPLES,
+        View::Float(_) => &[("is_integer", "")],
+        View::Object(object) => match object.kind {
             Kind::Dict => OF_DICTS,
             Kind::List => OF_LISTS,
             Kind::Tuple => OF_TUPLES,

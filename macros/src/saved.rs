@@ -1,7 +1,7 @@
 //! Values as Klipper's files have them.
 
 use crate::environment::Nothing;
-use crate::fault::{Error, fail};
+use crate::fault::Error;
 use crate::literal;
 use crate::memory::Memory;
 use crate::run::Run;
@@ -18,12 +18,12 @@ pub fn rewrite(text: &str, memory: &mut [u8], output: &mut [u8]) -> core::result
     memory.is_sealed = true;
     let mut run = Run { memory, machine: &mut machine, given: 0 };
     let written = literal::read(&mut run.memory, &mut text.bytes()).and_then(|value| run.repr_of(value));
-    let result = written.and_then(|text| match output.get_mut(..usize::from(text.len)) {
+    let result = written.and_then(|text| match output.get_mut(..text.len()) {
         Some(place) => {
             place.iter_mut().zip(run.memory.bytes(text)).for_each(|(place, byte)| *place = *byte);
             Ok(place.len())
         }
-        None => fail(&"the value is too long to be kept"),
+        None => run.memory.fail(&"the value is too long to be kept"),
     });
-    result.map_err(|fault| Error::new(fault, (1, 1), &run.memory))
+    result.map_err(|_| Error::new((1, 1), &run.memory))
 }

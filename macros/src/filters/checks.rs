@@ -6,34 +6,34 @@ use crate::arguments::{Arguments, needed};
 use crate::chars;
 use crate::code::Op;
 use crate::environment::Kind;
-use crate::fault::{Result, fail};
+use crate::fault::Result;
 use crate::names::{self, Test};
 use crate::run::order::{contains, equal, number, order};
 use crate::run::{Run, numbers};
-use crate::value::{DEEPEST, Map, Seq, Value};
+use crate::value::{DEEPEST, Map, Seq, Value, View};
 
 /// Whether a test holds.
 pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments) -> Result<bool> {
-    let Some((test, parameters)) = Test::from_number(test) else { return fail(&"there is no such test") };
+    let Some((test, parameters)) = Test::from_number(test) else { return run.memory.fail(&"there is no such test") };
     let [first, ..] = arguments.bind(run, parameters)?;
     Ok(match test {
-        Test::Defined => !matches!(value, Value::Undefined(_)),
-        Test::Undefined => matches!(value, Value::Undefined(_)),
-        Test::None => matches!(value, Value::None),
-        Test::Boolean => matches!(value, Value::Bool(_)),
-        Test::False => matches!(value, Value::Bool(false)),
-        Test::True => matches!(value, Value::Bool(true)),
-        Test::Integer => matches!(value, Value::Int(_)),
-        Test::Float => matches!(value, Value::Float(_)),
-        Test::Number => number(value).is_some(),
-        Test::Text => matches!(value, Value::Str(_)),
+        Test::Defined => !matches!(value.view(), View::Undefined(_)),
+        Test::Undefined => matches!(value.view(), View::Undefined(_)),
+        Test::None => matches!(value.view(), View::None),
+        Test::Boolean => matches!(value.view(), View::Bool(_)),
+        Test::False => matches!(value.view(), View::Bool(false)),
+        Test::True => matches!(value.view(), View::Bool(true)),
+        Test::Integer => matches!(value.view(), View::Int(_)),
+        Test::Float => matches!(value.view(), View::Float(_)),
+        Test::Number => number(&run.memory, value).is_some(),
+        Test::Text => matches!(value.view(), View::Str(_)),
         Test::Mapping => is_mapping(value),
         Test::Sequence => is_sequence(value),
         Test::Iterable => run.is_iterable(value),
-        Test::Callable => matches!(value, Value::Function(_) | Value::Method),
+        Test::Callable => matches!(value.view(), View::Function(_) | View::Method),
         Test::Escaped => false,
         Test::IsFilter | Test::Known => {
-            let Value::Str(name) = value else { return Ok(false) };
+            let View::Str(name) = value.view() else { return Ok(false) };
             let name = run.memory.text(name);
             if test == Test::IsFilter { names::filter(name).is_some() } else { names::test(name).is_some() }
         }
@@ -42,19 +42,19 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
             has_case(run.memory.text(text), test == Test::Upper)
         }
         Test::Odd | Test::Even | Test::DivisibleBy => {
-            let divisor = if test == Test::DivisibleBy { needed(first)? } else { Value::Int(2) };
-            let rest = match value {
-                Value::Str(text) => crate::format::percent(run, text, divisor)?,
+            let divisor = if test == Test::DivisibleBy { needed(run, first)? } else { Value::small(2) };
+            let rest = match value.view() {
+                View::Str(text) => crate::format::percent(run, text, divisor)?,
                 _ => numbers::calculate(run, Op::Modulo, value, divisor)?,
             };
-            equal(run, rest, Value::Int(i64::from(test == Test::Odd)), DEEPEST)?
+            equal(run, rest, Value::small(i32::from(test == Test::Odd)), DEEPEST)?
         }
-        Test::SameAs => same(value, needed(first)?),
-        Test::In => contains(run, value, needed(first)?)?,
-        Test::Equal => equal(run, value, needed(first)?, DEEPEST)?,
-        Test::Unequal => !equal(run, value, needed(first)?, DEEPEST)?,
+        Test::SameAs => same(value, needed(run, first)?),
+        Test::In => contains(run, value, needed(run, first)?)?,
+        Test::Equal => equal(run, value, needed(run, first)?, DEEPEST)?,
+        Test::Unequal => !equal(run, value, needed(run, first)?, DEEPEST)?,
         Test::Greater | Test::AtLeast | Test::Less | Test::AtMost => {
-            let order = order(run, value, needed(first)?, DEEPEST)?;
+            let order = order(run, value, needed(run, first)?, DEEPEST)?;
             match test {
                 Test::Greater => order == Some(Ordering::Greater),
                 Test::AtLeast => matches!(order, Some(Ordering::Greater | Ordering::Equal)),
@@ -66,30 +66,30 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
 }
 
 fn is_mapping(value: Value) -> bool {
-    match value {
-        Value::Map(Map::Dict, _) => true,
-        Value::Object(object) => object.kind == Kind::Dict,
+    match value.view() {
+        View::Map(Map::Dict, _) => true,
+        View::Object(object) => object.kind == Kind::Dict,
         _ => false,
     }
 }
 
 fn is_sequence(value: Value) -> bool {
-    match value {
-        Value::Str(_) | Value::Seq(Seq::List | Seq::Tuple, _) | Value::Map(Map::Dict, _) | Value::Range(_) => true,
-        Value::Object(object) => object.kind != Kind::Lookup,
-        Value::Undefined(_) => true,
+    match value.view() {
+        View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Map(Map::Dict, _) | View::Range(_) => true,
+        View::Object(object) => object.kind != Kind::Lookup,
+        View::Undefined(_) => true,
         _ => false,
     }
 }
 
 fn same(value: Value, other: Value) -> bool {
-    match (value, other) {
-        (Value::None, Value::None) => true,
-        (Value::Bool(a), Value::Bool(b)) => a == b,
-        (Value::Int(a), Value::Int(b)) => a == b,
-        (Value::Str(a), Value::Str(b)) => a == b,
-        (Value::Seq(_, a), Value::Seq(_, b)) | (Value::Map(_, a), Value::Map(_, b)) => a == b,
-        (Value::Object(a), Value::Object(b)) => a == b,
+    match (value.view(), other.view()) {
+        (View::None, View::None) => true,
+        (View::Bool(a), View::Bool(b)) => a == b,
+        (View::Int(a), View::Int(b)) => a == b,
+        (View::Str(a), View::Str(b)) => a == b,
+        (View::Seq(_, a), View::Seq(_, b)) | (View::Map(_, a), View::Map(_, b)) => a == b,
+        (View::Object(a), View::Object(b)) => a == b,
         _ => false,
     }
 }

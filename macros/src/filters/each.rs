@@ -3,11 +3,11 @@
 use super::sequences::path_of;
 use super::{apply as apply_filter, check};
 use crate::arguments::Arguments;
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result};
 use crate::memory::Text;
 use crate::names::{self, Filter};
 use crate::run::Run;
-use crate::value::{SIZE, Seq, Value};
+use crate::value::{SIZE, Seq, Value, View};
 
 /// Result of a filter that takes another filter or a test.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, arguments: Arguments) -> Result<Value> {
@@ -24,14 +24,14 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, arguments: Arg
         }
     }
     run.use_up(value);
-    Ok(Value::Seq(Seq::Once, head))
+    Ok(Value::seq(Seq::Once, head))
 }
 
 fn name(run: &Run<'_, '_>, arguments: Arguments) -> Result<Option<Text>> {
     match arguments.position(run, 0) {
         None => Ok(None),
-        Some(Value::Str(name)) => Ok(Some(name)),
-        Some(_) => fail(&"the name of a filter or test has to stand in quotes"),
+        Some(value) if value.text().is_some() => Ok(value.text()),
+        Some(_) => run.memory.fail(&"the name of a filter or test has to stand in quotes"),
     }
 }
 
@@ -42,21 +42,21 @@ fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Va
         };
         let (map, select) = (names::filter("map"), names::filter("select"));
         if Some(number) == map || Some(number) == select {
-            return fail(&"map cannot take map or select: use a loop");
+            return run.memory.fail(&"map cannot take map or select: use a loop");
         }
         return apply_filter(run, number, element, arguments.rest());
     }
     let [attribute, default, ..] = arguments.bind(run, "attribute default")?;
-    let Some(attribute) = attribute else { return fail(&"map wants the name of a filter, or attribute=") };
+    let Some(attribute) = attribute else { return run.memory.fail(&"map wants the name of a filter, or attribute=") };
     let found = path_of(run, element, attribute)?;
-    let is_missing = matches!(found, Value::Undefined(_));
-    Ok(default.filter(|default| is_missing && !matches!(default, Value::None)).unwrap_or(found))
+    let is_missing = matches!(found.view(), View::Undefined(_));
+    Ok(default.filter(|default| is_missing && !matches!(default.view(), View::None)).unwrap_or(found))
 }
 
 fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Arguments) -> Result<bool> {
     let (mut subject, mut arguments) = (element, arguments);
     if matches!(filter, Filter::SelectAttr | Filter::RejectAttr) {
-        let Some(path) = arguments.position(run, 0) else { return fail(&"the name of an attribute is missing") };
+        let Some(path) = arguments.position(run, 0) else { return run.memory.fail(&"the name of an attribute is missing") };
         subject = path_of(run, element, path)?;
         arguments = arguments.rest();
     }

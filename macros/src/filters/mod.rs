@@ -9,18 +9,18 @@ pub mod strings;
 
 pub use checks::{check, has_case};
 
-use crate::arguments::{Arguments, needed};
+use crate::arguments::{Arguments, text, whole};
 use crate::digits;
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result};
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, undefined, wrong};
-use crate::value::Value;
+use crate::value::{Value, View};
 
 /// Result of a filter.
 pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Arguments) -> Result<Value> {
-    let Some((filter, names)) = Filter::from_number(number) else { return fail(&"there is no such filter") };
+    let Some((filter, names)) = Filter::from_number(number) else { return run.memory.fail(&"there is no such filter") };
     if names == "*" {
         return match filter {
             Filter::Format => format(run, value, arguments),
@@ -33,18 +33,18 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
         Filter::Abs => absolute(run, value),
         Filter::Default => {
             let is_strict = second.is_some_and(|second| run.truth(second));
-            let is_missing = matches!(value, Value::Undefined(_)) || is_strict && !run.truth(value);
+            let is_missing = matches!(value.view(), View::Undefined(_)) || is_strict && !run.truth(value);
             if !is_missing { Ok(value) } else { first.map_or_else(|| run.str(""), Ok) }
         }
         Filter::Int => integer(run, value, first, second),
         Filter::Float => float(run, value, first),
         Filter::Round => round(run, value, first, second),
-        Filter::Text => run.text_of(value).map(Value::Str),
+        Filter::Text => run.text_of(value).map(Value::str),
         Filter::Attr => attribute(run, value, first),
         Filter::Pprint => pretty::pretty(run, value),
         Filter::Length => match run.length(value) {
-            Some(length) if !matches!(value, Value::Seq(crate::value::Seq::Once, _)) && is_sized(value) => {
-                Ok(Value::Int(length as i64))
+            Some(length) if !matches!(value.view(), View::Seq(crate::value::Seq::Once, _)) && is_sized(value) => {
+                Ok(Value::count(length))
             }
             _ => Err(wrong(&run.memory, &"this has no length: a list, dict or string has", value)),
         },
@@ -62,71 +62,70 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
 }
 
 fn is_sized(value: Value) -> bool {
-    !matches!(value, Value::Object(object) if object.kind == crate::environment::Kind::Lookup)
+    !matches!(value.view(), View::Object(object) if object.kind == crate::environment::Kind::Lookup)
 }
 
-fn absolute(run: &Run<'_, '_>, value: Value) -> Result<Value> {
-    match number_of(value) {
-        Some(Number::Int(int)) => int.checked_abs().map_or_else(|| fail(&"too large"), |int| Ok(Value::Int(int))),
-        Some(Number::Float(float)) => Ok(Value::Float(libm::fabs(float))),
+fn absolute(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
+    match number_of(&run.memory, value) {
+        Some(Number::Int(int)) => match int.checked_abs() {
+            Some(int) => run.memory.int(int),
+            None => run.memory.fail(&"too large"),
+        },
+        Some(Number::Float(float)) => Ok(Value::float(libm::fabs(float))),
         None => Err(wrong(&run.memory, &"abs wants a number: put |int or |float before it", value)),
     }
 }
 
 fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Option<Value>) -> Result<Value> {
-    let default = default.unwrap_or(Value::Int(0));
-    let base = match base {
-        None => 10,
-        Some(Value::Int(base)) => u32::try_from(base).unwrap_or(1),
-        Some(other) => return Err(wrong(&run.memory, &"a base has to be a whole number", other)),
-    };
-    let too_large = || Fault::new(&"whole numbers go up to 9223372036854775807");
-    match value {
-        Value::Str(text) => {
+    let default = default.unwrap_or(Value::small(0));
+    let base = base.map_or(Ok(10), |base| whole(run, base))?;
+    let base = u32::try_from(base).unwrap_or(1);
+    match value.view() {
+        View::Str(text) => {
             let string = run.memory.text(text);
             if let Some(int) = numbers::read_int(string, base) {
-                return Ok(Value::Int(int));
+                return run.memory.int(int);
             }
             match numbers::read_float(string) {
-                Some(float) if float.is_finite() => numbers::truncate(float).map(Value::Int).ok_or_else(too_large),
+                Some(float) if float.is_finite() => truncate(run, float),
                 _ => Ok(default),
             }
         }
-        Value::Undefined(name) => Err(undefined(&run.memory, name)),
-        _ => match number_of(value) {
-            Some(Number::Int(int)) => Ok(Value::Int(int)),
+        View::Undefined(name) => Err(undefined(&run.memory, name)),
+        _ => match number_of(&run.memory, value) {
+            Some(Number::Int(int)) => run.memory.int(int),
             Some(Number::Float(float)) if float.is_nan() => Ok(default),
-            Some(Number::Float(float)) => numbers::truncate(float).map(Value::Int).ok_or_else(too_large),
+            Some(Number::Float(float)) => truncate(run, float),
             None => Ok(default),
         },
     }
 }
 
+/// A real number cut to a whole one.
+fn truncate(run: &mut Run<'_, '_>, float: f64) -> Result<Value> {
+    match numbers::truncate(float) {
+        Some(int) => run.memory.int(int),
+        None => run.memory.fail(&"whole numbers go up to 9223372036854775807"),
+    }
+}
+
 fn float(run: &mut Run<'_, '_>, value: Value, default: Option<Value>) -> Result<Value> {
-    let default = default.unwrap_or(Value::Float(0.0));
-    match value {
-        Value::Str(text) => Ok(numbers::read_float(run.memory.text(text)).map_or(default, Value::Float)),
-        Value::Undefined(name) => Err(undefined(&run.memory, name)),
-        _ => Ok(match number_of(value) {
-            Some(Number::Int(int)) => Value::Float(int as f64),
-            Some(Number::Float(float)) => Value::Float(float),
+    let default = default.unwrap_or(Value::float(0.0));
+    match value.view() {
+        View::Str(text) => Ok(numbers::read_float(run.memory.text(text)).map_or(default, Value::float)),
+        View::Undefined(name) => Err(undefined(&run.memory, name)),
+        _ => Ok(match number_of(&run.memory, value) {
+            Some(Number::Int(int)) => Value::float(int as f64),
+            Some(Number::Float(float)) => Value::float(float),
             None => default,
         }),
     }
 }
 
 fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: Option<Value>) -> Result<Value> {
-    let precision = match precision.unwrap_or(Value::Int(0)) {
-        Value::Int(precision) => precision.clamp(-400, 400) as i32,
-        Value::Bool(is) => i32::from(is),
-        other => return Err(wrong(&run.memory, &"the number of digits has to be whole", other)),
-    };
-    let method = match method {
-        None => "common",
-        Some(Value::Str(text)) => run.memory.text(text),
-        Some(_) => "",
-    };
-    let Some(number) = number_of(value) else {
+    let precision = precision.map_or(Ok(0), |precision| whole(run, precision))?.clamp(-400, 400) as i32;
+    let method = method.map_or(&b"common"[..], |method| run.memory.bytes(method.text().unwrap_or_default()));
+    let Some(number) = number_of(&run.memory, value) else {
         return Err(wrong(&run.memory, &"round wants a number: put |int or |float before it", value));
     };
     let float = match number {
@@ -134,35 +133,38 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
         Number::Float(float) => float,
     };
     match (method, number) {
-        ("common", Number::Int(int)) => round_integer(int, precision).map(Value::Int),
-        ("common", Number::Float(float)) => Ok(Value::Float(digits::rounded(float, precision))),
-        ("ceil" | "floor", _) => {
+        (b"common", Number::Int(int)) => round_integer(run, int, precision),
+        (b"common", Number::Float(float)) => Ok(Value::float(digits::rounded(float, precision))),
+        (b"ceil" | b"floor", _) => {
             let power = (0..precision.unsigned_abs()).fold(1.0, |power, _| power * 10.0);
             let scaled = if precision < 0 { float * (1.0 / power) } else { float * power };
-            let whole = if method == "ceil" { libm::ceil(scaled) } else { libm::floor(scaled) };
-            Ok(Value::Float(if precision < 0 { whole / (1.0 / power) } else { whole / power }))
+            let whole = if method == b"ceil" { libm::ceil(scaled) } else { libm::floor(scaled) };
+            Ok(Value::float(if precision < 0 { whole / (1.0 / power) } else { whole / power }))
         }
-        _ => fail(&"the method of round is common, ceil or floor"),
+        _ => run.memory.fail(&"the method of round is common, ceil or floor"),
     }
 }
 
 /// A whole number rounded to tens, hundreds and so on, halves to the even digit.
-fn round_integer(int: i64, precision: i32) -> Result<i64> {
+fn round_integer(run: &mut Run<'_, '_>, int: i64, precision: i32) -> Result<Value> {
     if precision >= 0 {
-        return Ok(int);
+        return run.memory.int(int);
     }
-    let Some(unit) = 10_i64.checked_pow(precision.unsigned_abs()) else { return Ok(0) };
-    let Some((down, rest)) = numbers::divided(int, unit) else { return Ok(0) };
+    let Some(unit) = 10_i64.checked_pow(precision.unsigned_abs()) else { return Ok(Value::small(0)) };
+    let Some((down, rest)) = numbers::divided(int, unit) else { return Ok(Value::small(0)) };
     let is_up = rest > unit / 2 || rest == unit / 2 && down % 2 != 0;
-    (down + i64::from(is_up)).checked_mul(unit).map_or_else(|| fail(&"the number is too large"), Ok)
+    match (down + i64::from(is_up)).checked_mul(unit) {
+        Some(int) => run.memory.int(int),
+        None => run.memory.fail(&"the number is too large"),
+    }
 }
 
 /// `value|attr("name")`: an attribute, and no member of a dict.
 fn attribute(run: &mut Run<'_, '_>, value: Value, name: Option<Value>) -> Result<Value> {
-    let Value::Str(name) = needed(name)? else { return fail(&"the name of an attribute is a string") };
-    match value {
-        Value::Map(crate::value::Map::Namespace, _) | Value::Loop(_) => run.attribute(value, name),
-        _ => Ok(Value::Undefined(name)),
+    let name = text(run, name)?;
+    match value.view() {
+        View::Map(crate::value::Map::Namespace, _) | View::Loop(_) => run.attribute(value, name),
+        _ => Ok(Value::undefined(name)),
     }
 }
 
@@ -170,14 +172,14 @@ fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<V
     let text: Text = run.text_of(value)?;
     let positions = arguments.positions(run);
     if positions > 0 && positions < arguments.count {
-        return fail(&"format takes either arguments with names or without");
+        return run.memory.fail(&"format takes either arguments with names or without");
     }
     let values = if positions == 0 && arguments.count > 0 {
         let map = run.map(crate::value::Map::Dict, arguments.count)?;
-        let Value::Map(_, head) = map else { return Ok(map) };
+        let View::Map(_, head) = map.view() else { return Ok(map) };
         for index in 0..arguments.count {
             if let Some((name, value)) = arguments.named(run, index) {
-                run.put(head, Value::Str(name), value)?;
+                run.put(head, Value::str(name), value)?;
             }
         }
         map
@@ -187,7 +189,7 @@ fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<V
             let value = run.memory.at(arguments.first + index);
             run.append(head, value)?;
         }
-        Value::Seq(crate::value::Seq::Tuple, head)
+        Value::seq(crate::value::Seq::Tuple, head)
     };
     crate::format::percent(run, text, values)
 }

@@ -5,11 +5,11 @@ use core::cmp::Ordering;
 use super::sequences::{pairs, path_of};
 use crate::arguments::Bound;
 use crate::environment::Kind;
-use crate::fault::{Result, fail};
+use crate::fault::Result;
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, order, wrong};
-use crate::value::{DEEPEST, Map, SIZE, Seq, Value};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View};
 
 /// Rule by which elements are compared.
 #[derive(Clone, Copy, Debug)]
@@ -51,11 +51,12 @@ impl Rule {
     /// The value by which an element is compared.
     fn key(self, run: &mut Run<'_, '_>, element: Value) -> Result<Value> {
         let key = match self.path {
-            None | Some(Value::None) => element,
-            Some(Value::Str(paths)) if run.memory.bytes(paths).contains(&b',') => {
-                return self.keys(run, element, paths);
-            }
-            Some(path) => path_of(run, element, path)?,
+            None => element,
+            Some(path) if path.is_none() => element,
+            Some(path) => match path.text() {
+                Some(paths) if run.memory.bytes(paths).contains(&b',') => return self.keys(run, element, paths),
+                _ => path_of(run, element, path)?,
+            },
         };
         self.fold(run, key)
     }
@@ -65,20 +66,20 @@ impl Rule {
         let head = run.memory.new_block(0, SIZE)?;
         let mut rest = paths;
         loop {
-            let end = crate::chars::place_of(run.memory.text(rest), b',').unwrap_or(usize::from(rest.len));
-            let key = path_of(run, element, Value::Str(rest.part(0, end)))?;
+            let end = crate::chars::place_of(run.memory.text(rest), b',').unwrap_or(rest.len());
+            let key = path_of(run, element, Value::str(rest.part(0, end)))?;
             let key = self.fold(run, key)?;
             run.append(head, key)?;
-            if end == usize::from(rest.len) {
-                return Ok(Value::Seq(Seq::Tuple, head));
+            if end == rest.len() {
+                return Ok(Value::seq(Seq::Tuple, head));
             }
-            rest = rest.part(end + 1, usize::MAX);
+            rest = rest.rest(end + 1);
         }
     }
 
     fn fold(self, run: &mut Run<'_, '_>, key: Value) -> Result<Value> {
-        match key {
-            Value::Str(text) if !self.minds_case => run.lower(text),
+        match key.view() {
+            View::Str(text) if !self.minds_case => run.lower(text),
             _ => Ok(key),
         }
     }
@@ -87,7 +88,7 @@ impl Rule {
 fn extreme(run: &mut Run<'_, '_>, value: Value, rule: Rule, is_greatest: bool) -> Result<Value> {
     let length = run.iterate(value)?;
     if length == 0 {
-        return Ok(Value::Undefined(Text::default()));
+        return Ok(Value::MISSING);
     }
     let mut best = run.element(value, 0)?;
     let mut best_key = rule.key(run, best)?;
@@ -105,7 +106,7 @@ fn extreme(run: &mut Run<'_, '_>, value: Value, rule: Rule, is_greatest: bool) -
 
 /// Sorts a list in its place: equal elements keep their order.
 fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Result<Value> {
-    let Value::Seq(_, head) = list else { return Ok(list) };
+    let View::Seq(_, head) = list.view() else { return Ok(list) };
     let block = run.memory.block(head);
     let at = |index: usize| block.data + index * SIZE;
     let wanted = if is_reverse { Ordering::Greater } else { Ordering::Less };
@@ -131,23 +132,22 @@ fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Res
 }
 
 fn sort_dict(run: &mut Run<'_, '_>, value: Value, rule: Rule, by: Option<Value>, is_reverse: bool) -> Result<Value> {
-    let is_dict = match value {
-        Value::Map(Map::Dict, _) => true,
-        Value::Object(object) => object.kind == Kind::Dict,
+    let is_dict = match value.view() {
+        View::Map(Map::Dict, _) => true,
+        View::Object(object) => object.kind == Kind::Dict,
         _ => false,
     };
     if !is_dict {
         return Err(wrong(&run.memory, &"dictsort wants a dict", value));
     }
-    let index = match by {
-        None => 0,
-        Some(Value::Str(by)) if run.memory.is(by, "key") => 0,
-        Some(Value::Str(by)) if run.memory.is(by, "value") => 1,
-        Some(_) => return fail(&"dictsort sorts by key or value"),
+    let index = match by.map_or(&b"key"[..], |by| run.memory.bytes(by.text().unwrap_or_default())) {
+        b"key" => 0,
+        b"value" => 1,
+        _ => return run.memory.fail(&"dictsort sorts by key or value"),
     };
     let head = pairs(run, value)?;
-    let rule = Rule { path: Some(Value::Int(index)), ..rule };
-    sort(run, Value::Seq(Seq::List, head), rule, is_reverse)
+    let rule = Rule { path: Some(Value::small(index)), ..rule };
+    sort(run, Value::seq(Seq::List, head), rule, is_reverse)
 }
 
 fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
@@ -158,11 +158,11 @@ fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
         if !order::is_hashable(run, key) {
             return Err(wrong(&run.memory, &"this cannot be compared by unique", key));
         }
-        if !order::contains(run, key, Value::Seq(Seq::List, seen))? {
+        if !order::contains(run, key, Value::seq(Seq::List, seen))? {
             run.append(seen, key)?;
             run.append(head, element)?;
         }
     }
     run.use_up(value);
-    Ok(Value::Seq(Seq::Once, head))
+    Ok(Value::seq(Seq::Once, head))
 }

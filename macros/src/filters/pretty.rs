@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 
 use crate::fault::Result;
 use crate::run::{Run, order};
-use crate::value::{DEEPEST, Map, SIZE, Seq, Value};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View};
 
 /// Columns of a line.
 const WIDTH: usize = 80;
@@ -15,18 +15,18 @@ pub fn pretty(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     let value = arrange(run, value, DEEPEST)?;
     let from = run.memory.top;
     write(run, value, 0, 0, DEEPEST)?;
-    Ok(Value::Str(run.memory.text_since(from)))
+    Ok(Value::str(run.memory.text_since(from)))
 }
 
 /// A copy with all dicts in the order of their keys.
 fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
     if depth == 0 {
-        return crate::fault::fail(crate::value::TOO_DEEP);
+        return run.memory.fail(crate::value::TOO_DEEP);
     }
-    match value {
-        Value::Map(Map::Dict, head) => {
+    match value.view() {
+        View::Map(Map::Dict, head) => {
             let map = run.map(Map::Dict, run.memory.block(head).len)?;
-            let Value::Map(_, sorted) = map else { return Ok(map) };
+            let View::Map(_, sorted) = map.view() else { return Ok(map) };
             for index in 0..run.memory.block(head).len {
                 let (key, part) = run.entry(value, index)?;
                 let part = arrange(run, part, depth - 1)?;
@@ -35,14 +35,14 @@ fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
             }
             Ok(map)
         }
-        Value::Seq(kind @ (Seq::List | Seq::Tuple), head) => {
+        View::Seq(kind @ (Seq::List | Seq::Tuple), head) => {
             let sorted = run.memory.new_block(run.memory.block(head).len, SIZE)?;
             for index in 0..run.memory.block(head).len {
                 let part = run.element(value, index)?;
                 let part = arrange(run, part, depth - 1)?;
                 run.append(sorted, part)?;
             }
-            Ok(Value::Seq(kind, sorted))
+            Ok(Value::seq(kind, sorted))
         }
         _ => Ok(value),
     }
@@ -56,7 +56,7 @@ fn move_up(run: &mut Run<'_, '_>, map: Value, head: u16, last: usize) -> Result<
         let (before, _) = run.entry(map, place - 1)?;
         // Keys without an order among them go by the names of their types; that of `None` has a capital.
         let order = order::order(run, key, before, DEEPEST).unwrap_or_else(|_| {
-            let name = |value: Value| (!matches!(value, Value::None), value.kind());
+            let name = |value: Value| (!matches!(value.view(), View::None), value.kind());
             Some(name(key).cmp(&name(before)))
         });
         if order != Some(Ordering::Less) {
@@ -75,17 +75,17 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
     let from = run.memory.top;
     run.write_repr(value, depth)?;
     let width = crate::chars::count(run.memory.text(run.memory.text_since(from)));
-    let length = match value {
-        Value::Map(Map::Dict, head) | Value::Seq(Seq::List | Seq::Tuple, head) => run.memory.block(head).len,
+    let length = match value.view() {
+        View::Map(Map::Dict, head) | View::Seq(Seq::List | Seq::Tuple, head) => run.memory.block(head).len,
         _ => 0,
     };
     if width + column + after <= WIDTH || length == 0 {
         return Ok(());
     }
     run.memory.top = from;
-    let (begin, end) = match value {
-        Value::Map(..) => ("{", "}"),
-        Value::Seq(Seq::Tuple, _) => ("(", if length == 1 { ",)" } else { ")" }),
+    let (begin, end) = match value.view() {
+        View::Map(..) => ("{", "}"),
+        View::Seq(Seq::Tuple, _) => ("(", if length == 1 { ",)" } else { ")" }),
         _ => ("[", "]"),
     };
     run.memory.push_bytes(begin.as_bytes())?;
@@ -96,7 +96,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
         }
         let after = if index + 1 == length { after + end.len() } else { 1 };
         let mut start = column + 1;
-        let part = if let Value::Map(..) = value {
+        let part = if let View::Map(..) = value.view() {
             let (key, part) = run.entry(value, index)?;
             let from = run.memory.top;
             run.write_repr(key, depth - 1)?;

@@ -1,14 +1,13 @@
 //! Filters of lists and dicts.
 
-use super::strings::whole;
-use crate::arguments::needed;
+use crate::arguments::{needed, whole};
 use crate::code::Op;
 use crate::environment::Kind;
-use crate::fault::{Result, fail};
+use crate::fault::Result;
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, numbers, wrong};
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::value::{Map, SIZE, Seq, Value, View};
 
 /// Result of a filter of lists and dicts.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option<Value>; 3]) -> Result<Value> {
@@ -17,14 +16,15 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
         Filter::List => run.list_of(Seq::List, value),
         Filter::First => end(run, value, false),
         Filter::Last => {
-            if matches!(value, Value::Seq(Seq::Once, _)) {
+            if matches!(value.view(), View::Seq(Seq::Once, _)) {
                 return Err(wrong(&run.memory, &"this has no last element: put |list before it", value));
             }
             end(run, value, true)
         }
         Filter::Join => {
             let values = match second {
-                None | Some(Value::None) => value,
+                None => value,
+                Some(path) if path.is_none() => value,
                 Some(path) => attributes(run, value, path)?,
             };
             let between = match first {
@@ -37,14 +37,14 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
         Filter::Random => random(run, value),
         Filter::Reverse => reverse(run, value),
         Filter::Items => items(run, value),
-        Filter::Batch => batch(run, value, whole(run, needed(first)?)?, second),
-        _ => slices(run, value, whole(run, needed(first)?)?, second),
+        Filter::Batch => batch(run, value, whole(run, needed(run, first)?)?, second),
+        _ => slices(run, value, whole(run, needed(run, first)?)?, second),
     }
 }
 
 fn end(run: &mut Run<'_, '_>, value: Value, is_last: bool) -> Result<Value> {
     match run.iterate(value)? {
-        0 => Ok(Value::Undefined(Text::default())),
+        0 => Ok(Value::MISSING),
         length => run.element(value, if is_last { length - 1 } else { 0 }),
     }
 }
@@ -58,12 +58,12 @@ fn attributes(run: &mut Run<'_, '_>, values: Value, path: Value) -> Result<Value
         run.append(head, found)?;
     }
     run.use_up(values);
-    Ok(Value::Seq(Seq::List, head))
+    Ok(Value::seq(Seq::List, head))
 }
 
 /// The value at the end of a path with points: names, and numbers as indices.
 pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value> {
-    let Value::Str(path) = path else { return run.item(value, path) };
+    let View::Str(path) = path.view() else { return run.item(value, path) };
     let mut value = value;
     let mut rest = path;
     loop {
@@ -72,26 +72,26 @@ pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value
         let name = rest.part(0, end);
         let is_number = end > 0 && run.memory.bytes(name).iter().all(u8::is_ascii_digit);
         let key = match numbers::read_int(run.memory.text(name), 10) {
-            Some(index) if is_number => Value::Int(index),
-            _ => Value::Str(name),
+            Some(index) if is_number => run.memory.int(index)?,
+            _ => Value::str(name),
         };
         value = run.item(value, key)?;
-        if end >= usize::from(rest.len) {
+        if end >= rest.len() {
             return Ok(value);
         }
-        rest = rest.part(end + 1, usize::MAX);
+        rest = rest.rest(end + 1);
     }
 }
 
 fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<Value>) -> Result<Value> {
-    let mut total = start.unwrap_or(Value::Int(0));
-    if matches!(total, Value::Str(_)) {
-        return fail(&"sum cannot add strings: use join");
+    let mut total = start.unwrap_or(Value::small(0));
+    if matches!(total.view(), View::Str(_)) {
+        return run.memory.fail(&"sum cannot add strings: use join");
     }
     for index in 0..run.iterate(value)? {
         let mut element = run.element(value, index)?;
         if let Some(path) = path
-            && !matches!(path, Value::None)
+            && !matches!(path.view(), View::None)
         {
             element = path_of(run, element, path)?;
         }
@@ -102,16 +102,16 @@ fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<V
 }
 
 fn random(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
-    let is_sequence = match value {
-        Value::Str(_) | Value::Seq(Seq::List | Seq::Tuple, _) | Value::Range(_) => true,
-        Value::Object(object) => matches!(object.kind, Kind::List | Kind::Tuple),
+    let is_sequence = match value.view() {
+        View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Range(_) => true,
+        View::Object(object) => matches!(object.kind, Kind::List | Kind::Tuple),
         _ => false,
     };
     if !is_sequence {
         return Err(wrong(&run.memory, &"random wants a list: put |list before it", value));
     }
     match run.iterate(value)? {
-        0 => Ok(Value::Undefined(Text::default())),
+        0 => Ok(Value::MISSING),
         length => {
             let index = run.machine.random(length).min(length - 1);
             run.element(value, index)
@@ -121,13 +121,13 @@ fn random(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 
 fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     let length = run.iterate(value)?;
-    if let Value::Str(text) = value {
+    if let View::Str(text) = value.view() {
         let from = run.memory.top;
         for index in (0..length).rev() {
             let part = run.character(text, index);
             run.memory.push_text(part)?;
         }
-        return Ok(Value::Str(run.memory.text_since(from)));
+        return Ok(Value::str(run.memory.text_since(from)));
     }
     let head = run.memory.new_block(0, SIZE)?;
     for index in (0..length).rev() {
@@ -135,8 +135,8 @@ fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
         run.append(head, element)?;
     }
     run.use_up(value);
-    let kind = if matches!(value, Value::Seq(Seq::Once, _)) { Seq::List } else { Seq::Once };
-    Ok(Value::Seq(kind, head))
+    let kind = if matches!(value.view(), View::Seq(Seq::Once, _)) { Seq::List } else { Seq::Once };
+    Ok(Value::seq(kind, head))
 }
 
 /// Pairs of key and value of a dict.
@@ -151,19 +151,19 @@ pub fn pairs(run: &mut Run<'_, '_>, value: Value) -> Result<u16> {
 }
 
 fn items(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
-    let is_dict = match value {
-        Value::Map(Map::Dict, _) | Value::Undefined(_) => true,
-        Value::Object(object) => object.kind == Kind::Dict,
+    let is_dict = match value.view() {
+        View::Map(Map::Dict, _) | View::Undefined(_) => true,
+        View::Object(object) => object.kind == Kind::Dict,
         _ => false,
     };
     if !is_dict {
         return Err(wrong(&run.memory, &"items wants a dict", value));
     }
-    pairs(run, value).map(|head| Value::Seq(Seq::Once, head))
+    pairs(run, value).map(|head| Value::seq(Seq::Once, head))
 }
 
 fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
-    let fill = fill.filter(|fill| !matches!(fill, Value::None));
+    let fill = fill.filter(|fill| !matches!(fill.view(), View::None));
     let all = run.memory.new_block(0, SIZE)?;
     let length = run.iterate(value)?;
     let mut index = 0;
@@ -182,18 +182,18 @@ fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -
         {
             run.append(head, fill)?;
         }
-        run.append(all, Value::Seq(Seq::List, head))?;
+        run.append(all, Value::seq(Seq::List, head))?;
     }
     run.use_up(value);
-    Ok(Value::Seq(Seq::Once, all))
+    Ok(Value::seq(Seq::Once, all))
 }
 
 fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
-    let fill = fill.filter(|fill| !matches!(fill, Value::None));
+    let fill = fill.filter(|fill| !matches!(fill.view(), View::None));
     let length = run.iterate(value)? as i64;
     let all = run.memory.new_block(0, SIZE)?;
     let Some((each, extra)) = numbers::divided(length, count) else {
-        return fail(&"a list cannot be cut into 0 parts");
+        return run.memory.fail(&"a list cannot be cut into 0 parts");
     };
     let mut index = 0;
     for slice in 0..count {
@@ -208,8 +208,8 @@ fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) 
         {
             run.append(head, fill)?;
         }
-        run.append(all, Value::Seq(Seq::List, head))?;
+        run.append(all, Value::seq(Seq::List, head))?;
     }
     run.use_up(value);
-    Ok(Value::Seq(Seq::Once, all))
+    Ok(Value::seq(Seq::Once, all))
 }

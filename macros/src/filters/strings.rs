@@ -1,21 +1,12 @@
 //! Filters that change or measure strings.
 
-use crate::arguments::{Bound, needed};
+use crate::arguments::{Bound, needed, optional_text, whole};
 use crate::chars;
-use crate::fault::{Result, fail};
+use crate::fault::Result;
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, wrong};
-use crate::value::Value;
-
-/// Whole number that an argument is.
-pub fn whole(run: &Run<'_, '_>, value: Value) -> Result<i64> {
-    match value {
-        Value::Int(value) => Ok(value),
-        Value::Bool(is) => Ok(i64::from(is)),
-        other => Err(wrong(&run.memory, &"a whole number is wanted here", other)),
-    }
-}
+use crate::value::{Value, View};
 
 /// Result of a filter of strings.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound) -> Result<Value> {
@@ -30,24 +21,17 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound)
             if is_start { chars::upper(char) } else { chars::lower(char) }
         }),
         Filter::Trim => {
-            let set = match first {
-                None | Some(Value::None) => None,
-                Some(Value::Str(set)) => Some(set),
-                Some(other) => return Err(wrong(&run.memory, &"trim wants a string", other)),
-            };
-            Ok(Value::Str(run.strip(text, set, (true, true))))
+            let set = optional_text(run, first)?;
+            Ok(Value::str(run.strip(text, set, (true, true))))
         }
         Filter::Replace => {
-            let old = run.text_of(needed(first)?)?;
-            let new = run.text_of(needed(second)?)?;
-            let count = match third {
-                None | Some(Value::None) => -1,
-                Some(count) => whole(run, count)?,
-            };
+            let old = run.text_of(needed(run, first)?)?;
+            let new = run.text_of(needed(run, second)?)?;
+            let count = third.filter(|count| !count.is_none()).map_or(Ok(-1), |count| whole(run, count))?;
             run.replace(text, old, new, count)
         }
         Filter::Center => {
-            let width = whole(run, first.unwrap_or(Value::Int(80)))?;
+            let width = whole(run, first.unwrap_or(Value::small(80)))?;
             center(run, text, width, ' ')
         }
         Filter::WordCount => {
@@ -58,7 +42,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound)
                 count += usize::from(is_word && !was_word);
                 was_word = is_word;
             }
-            Ok(Value::Int(count as i64))
+            Ok(Value::count(count))
         }
         Filter::Indent => indent(run, value, [first, second, third]),
         _ => truncate(run, value, bound),
@@ -75,16 +59,17 @@ pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Resu
 }
 
 fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Value>; 3]) -> Result<Value> {
-    let Value::Str(text) = value else { return Err(wrong(&run.memory, &"indent wants a string", value)) };
-    let indention = match width.unwrap_or(Value::Int(4)) {
-        Value::Str(text) => text,
-        other => {
+    let View::Str(text) = value.view() else { return Err(wrong(&run.memory, &"indent wants a string", value)) };
+    let width = width.unwrap_or(Value::small(4));
+    let indention = match width.text() {
+        Some(text) => text,
+        None => {
             let from = run.memory.top;
-            (0..whole(run, other)?).try_for_each(|_| run.memory.push_byte(b' '))?;
+            (0..whole(run, width)?).try_for_each(|_| run.memory.push_byte(b' '))?;
             run.memory.text_since(from)
         }
     };
-    let (first, blank) = (first.unwrap_or(Value::Bool(false)), blank.unwrap_or(Value::Bool(false)));
+    let (first, blank) = (first.unwrap_or(Value::bool(false)), blank.unwrap_or(Value::bool(false)));
     let (first, blank) = (run.truth(first), run.truth(blank));
     let lines = run.split_lines(text)?;
     let count = run.iterate(lines)?.max(1);
@@ -93,15 +78,15 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
         let line = if run.length(lines) == Some(0) {
             Text::default()
         } else {
-            match run.element(lines, index)? {
-                Value::Str(line) => line,
+            match run.element(lines, index)?.view() {
+                View::Str(line) => line,
                 _ => Text::default(),
             }
         };
         if index > 0 {
             run.memory.push_byte(b'\n')?;
         }
-        if if index == 0 { first } else { blank || line.len > 0 } {
+        if if index == 0 { first } else { blank || line.len() > 0 } {
             run.memory.push_text(indention)?;
         }
         run.memory.push_text(line)?;
@@ -112,26 +97,26 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
             run.memory.push_text(indention)?;
         }
     }
-    Ok(Value::Str(run.memory.text_since(from)))
+    Ok(Value::str(run.memory.text_since(from)))
 }
 
 fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value> {
     let [length, kill, end, leeway] = *bound;
-    let length = whole(run, length.unwrap_or(Value::Int(255)))?;
-    let leeway = whole(run, leeway.unwrap_or(Value::Int(5)))?;
+    let length = whole(run, length.unwrap_or(Value::small(255)))?;
+    let leeway = whole(run, leeway.unwrap_or(Value::small(5)))?;
     let end = match end {
         None => run.str("...")?,
         Some(end) => end,
     };
-    let Value::Str(end) = end else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
+    let View::Str(end) = end.view() else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
     let rest = length - crate::chars::count(run.memory.text(end)) as i64;
     if rest < 0 || leeway < 0 {
-        return fail(&"the length for truncate is shorter than its end");
+        return run.memory.fail(&"the length for truncate is shorter than its end");
     }
     if run.length(value).is_some_and(|count| count as i64 <= length + leeway) {
         return Ok(value);
     }
-    let Value::Str(text) = value else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
+    let View::Str(text) = value.view() else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
     let string = run.memory.text(text);
     let cut = string.char_indices().nth(rest as usize).map_or(string.len(), |(at, _)| at);
     let mut kept = text.part(0, cut);

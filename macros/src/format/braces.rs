@@ -2,25 +2,25 @@
 
 use super::{Spec, number, write_text};
 use crate::arguments::Arguments;
-use crate::fault::{Fault, Result, Words, fail};
-use crate::memory::Text;
+use crate::fault::{Fault, Result, Words};
+use crate::memory::{Memory, Text};
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, wrong};
-use crate::value::Value;
+use crate::value::{Value, View};
 
 const NO_END: Words = &"a } is missing in the text: write {{ and }} for braces themselves";
 
 /// A text with values in the places of its braces.
 pub fn braces(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments) -> Result<Value> {
-    fill(run, text, arguments, &mut 0, true).map(Value::Str)
+    fill(run, text, arguments, &mut 0, true).map(Value::str)
 }
 
 /// Fills the braces of a text, or of the form in braces, which may not have braces within its own.
 fn fill(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments, next: &mut usize, may_nest: bool) -> Result<Text> {
     let start = run.memory.top;
     let mut at = 0;
-    while at < usize::from(text.len) {
-        let byte = |at: usize| if at < usize::from(text.len) { run.memory.byte(usize::from(text.at) + at) } else { 0 };
+    while at < text.len() {
+        let byte = |at: usize| if at < text.len() { run.memory.byte(text.at() + at) } else { 0 };
         let (this, following) = (byte(at), byte(at + 1));
         at += 1;
         match this {
@@ -29,12 +29,12 @@ fn fill(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments, next: &mut usi
                 at += 1;
             }
             b'{' => {
-                let rest = text.part(at, usize::MAX);
-                let Some(end) = end_of_field(run.memory.text(rest)) else { return fail(NO_END) };
+                let rest = text.rest(at);
+                let Some(end) = end_of_field(run.memory.text(rest)) else { return run.memory.fail(NO_END) };
                 field(run, rest.part(0, end), arguments, next, may_nest)?;
                 at += end + 1;
             }
-            b'}' => return fail(NO_END),
+            b'}' => return run.memory.fail(NO_END),
             _ => run.memory.push_byte(this)?,
         }
     }
@@ -66,7 +66,7 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
     let (conversion, form_at) = match rest.as_bytes() {
         [b'!', letter @ (b's' | b'r'), b':', ..] => (*letter, name_end + 3),
         [b'!', letter @ (b's' | b'r')] => (*letter, name_end + 2),
-        [b'!', ..] => return fail(&"behind ! stands s or r"),
+        [b'!', ..] => return run.memory.fail(&"behind ! stands s or r"),
         [b':', ..] => (0, name_end + 1),
         _ => (0, name_end),
     };
@@ -83,17 +83,17 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
         return Err(Fault::about(&run.memory, &"the text has a place for a value that is not given", name));
     };
     let from = run.memory.top;
-    let mut form = field.part(form_at, usize::MAX);
+    let mut form = field.rest(form_at);
     if run.memory.bytes(form).contains(&b'{') {
         if !may_nest {
-            return fail(&"braces within braces within braces are not known");
+            return run.memory.fail(&"braces within braces within braces are not known");
         }
         form = fill(run, form, arguments, next, false)?;
     }
-    let spec = read_spec(run.memory.text(form))?;
+    let spec = read_spec(&run.memory, run.memory.text(form))?;
     let value = match conversion {
-        b'r' => Value::Str(run.repr_of(value)?),
-        b's' => Value::Str(run.text_of(value)?),
+        b'r' => Value::str(run.repr_of(value)?),
+        b's' => Value::str(run.text_of(value)?),
         _ => value,
     };
     let start = run.memory.top;
@@ -102,7 +102,7 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
     Ok(())
 }
 
-fn read_spec(text: &str) -> Result<Spec> {
+fn read_spec(memory: &Memory<'_>, text: &str) -> Result<Spec> {
     let mut spec = Spec::default();
     let mut chars = text.chars();
     let mut at = 0;
@@ -136,13 +136,13 @@ fn read_spec(text: &str) -> Result<Spec> {
     if byte(at) == b'.' {
         let (precision, end) = number(bytes, at + 1);
         if end == at + 1 {
-            return fail(&"a number is missing behind the point of the form");
+            return memory.fail(&"a number is missing behind the point of the form");
         }
         (spec.precision, at) = (Some(precision), end);
     }
     spec.form = byte(at);
     if at + 1 < bytes.len() {
-        return Err(Fault::new(&"the form goes on behind its letter"));
+        return Err(memory.fault(&"the form goes on behind its letter"));
     }
     Ok(spec)
 }
@@ -152,8 +152,8 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
     let from = run.memory.top;
     let is_real = matches!(spec.form, b'e' | b'E' | b'f' | b'F' | b'g' | b'G' | b'%');
     let memory = &mut run.memory;
-    match (number_of(value), value) {
-        (_, Value::Bool(is)) if spec.form == 0 => {
+    match (number_of(memory, value), value.view()) {
+        (_, View::Bool(is)) if spec.form == 0 => {
             let start = memory.top;
             memory.push_bytes(if is { b"True" } else { b"False" })?;
             if spec.width > 0 {
@@ -165,23 +165,23 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
         (Some(Number::Int(value)), _) if is_real => super::number::write_real(memory, value as f64, spec),
         (Some(Number::Int(value)), _) if matches!(spec.form, 0 | b'd' | b'x' | b'X' | b'o' | b'b' | b'c' | b'n') => {
             if spec.precision.is_some() {
-                return fail(&"whole numbers have no digits behind the point: use f");
+                return memory.fail(&"whole numbers have no digits behind the point: use f");
             }
             super::number::write_int(memory, value, spec)
         }
         (Some(Number::Float(value)), _) => super::number::write_real(memory, value, spec),
-        (None, Value::Str(text)) if matches!(spec.form, 0 | b's') => {
+        (None, View::Str(text)) if matches!(spec.form, 0 | b's') => {
             if spec.align == b'=' || spec.comma != 0 || spec.sign != b'-' {
-                return fail(&"this form is for numbers: make one with |int or |float");
+                return memory.fail(&"this form is for numbers: make one with |int or |float");
             }
             write_text(memory, text, spec)
         }
-        (None, Value::Undefined(_)) if spec.form == 0 && spec.width == 0 => Ok(()),
-        (None, value) if spec.form == 0 && spec.width == 0 && !matches!(value, Value::Str(_)) => {
+        (None, View::Undefined(_)) if spec.form == 0 && spec.width == 0 => Ok(()),
+        (None, _) if spec.form == 0 && spec.width == 0 && value.text().is_none() => {
             let text = run.text_of(value)?;
-            run.memory.close_gap(from, usize::from(text.at));
+            run.memory.close_gap(from, text.at());
             Ok(())
         }
-        (_, value) => Err(wrong(&run.memory, &"this form does not fit the value", value)),
+        _ => Err(wrong(&run.memory, &"this form does not fit the value", value)),
     }
 }

@@ -30,7 +30,7 @@ pub fn write_int(memory: &mut Memory<'_>, value: i64, spec: &Spec) -> Result<()>
     let from = memory.top;
     if spec.form == b'c' {
         let char = u32::try_from(value).ok().and_then(char::from_u32);
-        let Some(char) = char else { return Err(Fault::new(&"there is no character of this number")) };
+        let Some(char) = char else { return Err(memory.fault(&"there is no character of this number")) };
         memory.push_char(char)?;
         return align(memory, from, 0, spec, b'<');
     }

@@ -1,11 +1,12 @@
 //! Values in the places of `%` signs: `"..." % values`.
 
 use super::{Spec, number, write_text};
-use crate::fault::{About, Fault, Result, Words, fail};
+use crate::arguments::whole;
+use crate::fault::{About, Fault, Result, Words};
 use crate::memory::Text;
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, wrong};
-use crate::value::{Map, Seq, Value};
+use crate::value::{Map, Seq, Value, View};
 
 const TOO_FEW: Words = &"there are fewer values than % signs in the text";
 
@@ -21,9 +22,9 @@ pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
     let mut values = Values { all, next: 0 };
     let start = run.memory.top;
     let mut at = 0;
-    let length = usize::from(text.len);
+    let length = text.len();
     while at < length {
-        let byte = run.memory.byte(usize::from(text.at) + at);
+        let byte = run.memory.byte(text.at() + at);
         at += 1;
         if byte != b'%' {
             run.memory.push_byte(byte)?;
@@ -31,58 +32,56 @@ pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
             at = field(run, text, at, &mut values)?;
         }
     }
-    let is_left = match values.all {
-        Value::Seq(Seq::Tuple, head) => values.next < run.memory.block(head).len,
-        Value::Map(..) | Value::Seq(Seq::List, _) | Value::Range(_) | Value::Undefined(_) => false,
+    let is_left = match values.all.view() {
+        View::Seq(Seq::Tuple, head) => values.next < run.memory.block(head).len,
+        View::Map(..) | View::Seq(Seq::List, _) | View::Range(_) | View::Undefined(_) => false,
         _ => values.next == 0,
     };
     if is_left {
-        return fail(&"there are more values than % signs in the text");
+        return run.memory.fail(&"there are more values than % signs in the text");
     }
-    Ok(Value::Str(run.memory.text_since(start)))
+    Ok(Value::str(run.memory.text_since(start)))
 }
 
 impl Values {
     fn take(&mut self, run: &Run<'_, '_>) -> Result<Value> {
         self.next += 1;
-        match self.all {
-            Value::Seq(Seq::Tuple, head) => {
+        match self.all.view() {
+            View::Seq(Seq::Tuple, head) => {
                 let block = run.memory.block(head);
                 if self.next > block.len {
-                    return fail(TOO_FEW);
+                    return run.memory.fail(TOO_FEW);
                 }
                 Ok(run.memory.value(block.data + (self.next - 1) * crate::value::SIZE))
             }
-            value if self.next == 1 => Ok(value),
-            _ => fail(TOO_FEW),
+            _ if self.next == 1 => Ok(self.all),
+            _ => run.memory.fail(TOO_FEW),
         }
     }
 
     /// A number of a form that is given as a value: `%*d`.
     fn take_number(&mut self, run: &Run<'_, '_>) -> Result<usize> {
-        match self.take(run)? {
-            Value::Int(value) => Ok(usize::try_from(value).unwrap_or(0).min(super::MOST)),
-            value => Err(wrong(&run.memory, &"a width has to be a whole number", value)),
-        }
+        let value = self.take(run)?;
+        Ok(usize::try_from(whole(run, value)?).unwrap_or(0).min(super::MOST))
     }
 }
 
 /// Appends one value; returns where its form ends.
 fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) -> Result<usize> {
     let byte = |run: &Run<'_, '_>, at: usize| {
-        if at < usize::from(text.len) { run.memory.byte(usize::from(text.at) + at) } else { 0 }
+        if at < text.len() { run.memory.byte(text.at() + at) } else { 0 }
     };
     let mut spec = Spec::default();
     let mut named = None;
     if byte(run, at) == b'(' {
-        let rest = text.part(at + 1, usize::MAX);
+        let rest = text.rest(at + 1);
         let Some(end) = crate::chars::place_of(run.memory.text(rest), b')') else {
-            return fail(&"a ) is missing behind %(");
+            return run.memory.fail(&"a ) is missing behind %(");
         };
-        let (name, Value::Map(Map::Dict, head)) = (rest.part(0, end), values.all) else {
-            return fail(&"%(name) wants a dict behind the %");
+        let (name, View::Map(Map::Dict, head)) = (rest.part(0, end), values.all.view()) else {
+            return run.memory.fail(&"%(name) wants a dict behind the %");
         };
-        let Some(place) = run.find(head, Value::Str(name))? else {
+        let Some(place) = run.find(head, Value::str(name))? else {
             return Err(Fault::about(&run.memory, &"the dict has no value of this name", name));
         };
         named = Some(run.memory.value(place + crate::value::SIZE));
@@ -155,7 +154,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
             Ok(())
         }
         b'd' | b'i' | b'u' | b'x' | b'X' | b'o' => {
-            let whole = match number_of(value) {
+            let whole = match number_of(&run.memory, value) {
                 Some(Number::Int(value)) => Some(value),
                 Some(Number::Float(value)) if matches!(spec.form, b'd' | b'i' | b'u') => numbers::truncate(value),
                 _ => None,
@@ -168,19 +167,19 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
             }
             super::number::write_int(&mut run.memory, whole, &spec)
         }
-        b'e' | b'E' | b'f' | b'F' | b'g' | b'G' => match number_of(value) {
+        b'e' | b'E' | b'f' | b'F' | b'g' | b'G' => match number_of(&run.memory, value) {
             Some(Number::Int(value)) => super::number::write_real(&mut run.memory, value as f64, &spec),
             Some(Number::Float(value)) => super::number::write_real(&mut run.memory, value, &spec),
             None => Err(wrong(&run.memory, &"this form wants a number: put |float behind the value", value)),
         },
-        b'c' => match value {
-            Value::Int(value) => super::number::write_int(&mut run.memory, value, &spec),
-            Value::Str(text) if crate::chars::count(run.memory.text(text)) == 1 => {
+        b'c' => match value.view() {
+            View::Int(value) => super::number::write_int(&mut run.memory, value, &spec),
+            View::Str(text) if crate::chars::count(run.memory.text(text)) == 1 => {
                 write_text(&mut run.memory, text, &Spec { precision: None, ..spec })
             }
             _ => Err(wrong(&run.memory, &"this form wants one character", value)),
         },
-        0 => fail(&"the text ends behind %: write %% for a % sign"),
+        0 => run.memory.fail(&"the text ends behind %: write %% for a % sign"),
         form => Err(Fault::with(
             &run.memory,
             &"there is no form of this letter behind %: write %% for a % sign",

@@ -4,7 +4,7 @@ mod numbers;
 mod reader;
 mod strings;
 
-use crate::fault::{About, Fault, Result, fail};
+use crate::fault::{About, Fault, Result};
 use crate::memory::{Memory, Text};
 use reader::Reader;
 
@@ -129,14 +129,14 @@ impl<'s> Lexer<'s> {
             if !is_tag {
                 return Ok(Token::End);
             }
-            if let Some(token) = self.begin_of_tag()? {
+            if let Some(token) = self.begin_of_tag(memory)? {
                 return Ok(token);
             }
         }
     }
 
     /// Takes the sign that begins a tag; none if it was a comment, which is over then.
-    fn begin_of_tag(&mut self) -> Result<Option<Token>> {
+    fn begin_of_tag(&mut self, memory: &Memory<'_>) -> Result<Option<Token>> {
         self.place = self.reader.place;
         self.reader.take();
         let kind = self.reader.peek(0);
@@ -147,7 +147,7 @@ impl<'s> Lexer<'s> {
             self.reader.take();
         }
         match kind {
-            b'#' => self.comment().map(|()| None),
+            b'#' => self.comment(memory).map(|()| None),
             b'%' => {
                 self.state = State::Tag;
                 Ok(Some(Token::TagBegin))
@@ -159,7 +159,7 @@ impl<'s> Lexer<'s> {
         }
     }
 
-    fn comment(&mut self) -> Result<()> {
+    fn comment(&mut self, memory: &Memory<'_>) -> Result<()> {
         let mut before = 0;
         while !self.reader.is_at_end() {
             let byte = self.reader.take();
@@ -170,7 +170,7 @@ impl<'s> Lexer<'s> {
             }
             before = byte;
         }
-        fail(&"a comment that begins with {# has no end: put #} behind it")
+        memory.fail(&"a comment that begins with {# has no end: put #} behind it")
     }
 
     fn end_of_tag(&mut self) -> Option<Token> {
@@ -195,7 +195,7 @@ impl<'s> Lexer<'s> {
             memory.push_byte(self.reader.take())?;
         }
         if !self.reader.peek(0).is_ascii() && !self.reader.is_blank() {
-            return fail(&"a name may only have the letters a to z, digits and _");
+            return memory.fail(&"a name may only have the letters a to z, digits and _");
         }
         memory.intern(from).map(Token::Name)
     }
@@ -213,7 +213,7 @@ impl<'s> Lexer<'s> {
             return Ok(Token::Sign(first | 0x80));
         }
         match first {
-            b'(' | b'[' | b'{' => self.open_bracket(first)?,
+            b'(' | b'[' | b'{' => self.open_bracket(memory, first)?,
             b')' | b']' | b'}' => self.close_bracket(memory, first)?,
             b'+' | b'-' | b'*' | b'/' | b'%' | b'~' | b'=' | b'<' | b'>' | b'.' | b':' | b'|' | b',' | b';' => {}
             _ => return Err(Fault::with(memory, &"this character has no meaning here", About::Byte(first))),
@@ -221,9 +221,9 @@ impl<'s> Lexer<'s> {
         Ok(Token::Sign(first))
     }
 
-    fn open_bracket(&mut self, bracket: u8) -> Result<()> {
+    fn open_bracket(&mut self, memory: &Memory<'_>, bracket: u8) -> Result<()> {
         let Some(place) = self.brackets.get_mut(self.open) else {
-            return fail(&"too many brackets within brackets: put a part into a variable of its own");
+            return memory.fail(&"too many brackets within brackets: put a part into a variable of its own");
         };
         *place = bracket;
         self.open += 1;
@@ -248,7 +248,7 @@ impl<'s> Lexer<'s> {
 
 fn data_token(memory: &mut Memory<'_>, from: usize) -> Result<Token> {
     if core::str::from_utf8(memory.bytes(memory.text_since(from))).is_err() {
-        return fail(&"the text is not UTF-8: save the file as UTF-8");
+        return memory.fail(&"the text is not UTF-8: save the file as UTF-8");
     }
     memory.intern(from).map(Token::Data)
 }

@@ -1,7 +1,7 @@
 //! Numbers: whole, in other bases, with point or exponent.
 
 use crate::chars;
-use crate::fault::{Result, Words, fail};
+use crate::fault::{Result, Words};
 use crate::lexer::Token;
 use crate::lexer::reader::Reader;
 use crate::memory::Memory;
@@ -17,7 +17,7 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>, is_literal: bool) 
     };
     if base != 10 && is_digit_behind(reader, 2, base) {
         reader.skip(2);
-        return whole(reader, base);
+        return whole(reader, memory, base);
     }
     let from = memory.top;
     digits(reader, memory)?;
@@ -34,7 +34,7 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>, is_literal: bool) 
         digits(reader, memory)?;
     }
     let text = memory.text_since(from);
-    let token = if is_real { real(memory.text(text)) } else { decimal(memory.bytes(text)) };
+    let token = if is_real { real(memory, memory.text(text)) } else { decimal(memory, memory.bytes(text)) };
     memory.top = from;
     token
 }
@@ -55,34 +55,34 @@ fn digits(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
     }
 }
 
-fn real(text: &str) -> Result<Token> {
+fn real(memory: &Memory<'_>, text: &str) -> Result<Token> {
     match gcode::read_f64(text) {
         Some(value) if value.is_finite() => Ok(Token::Float(value)),
-        _ => fail(&"a number of this size cannot be kept: write a smaller one"),
+        _ => memory.fail(&"a number of this size cannot be kept: write a smaller one"),
     }
 }
 
-fn decimal(digits: &[u8]) -> Result<Token> {
+fn decimal(memory: &Memory<'_>, digits: &[u8]) -> Result<Token> {
     if digits.first() == Some(&b'0') && digits.iter().any(|digit| *digit != b'0') {
-        return fail(&"a whole number may not begin with 0: leave it out");
+        return memory.fail(&"a whole number may not begin with 0: leave it out");
     }
     if digits.is_empty() {
-        return fail(&"a number is missing behind the point");
+        return memory.fail(&"a number is missing behind the point");
     }
     let add = |sum: i64, digit: &u8| sum.checked_mul(10)?.checked_add(i64::from(digit.wrapping_sub(b'0')));
-    digits.iter().try_fold(0, add).map_or_else(|| fail(TOO_LARGE), |value| Ok(Token::Int(value)))
+    digits.iter().try_fold(0, add).map_or_else(|| memory.fail(TOO_LARGE), |value| Ok(Token::Int(value)))
 }
 
 /// Words about whole numbers beyond 64 bits.
 pub const TOO_LARGE: Words = &"whole numbers go up to 9223372036854775807: write a smaller one, or one with a point";
 
-fn whole(reader: &mut Reader<'_>, base: u32) -> Result<Token> {
+fn whole(reader: &mut Reader<'_>, memory: &Memory<'_>, base: u32) -> Result<Token> {
     let mut value: i64 = 0;
     while is_digit_behind(reader, 0, base) {
         let digit = chars::digit(reader.take(), base);
         let Some(digit) = digit else { continue };
         let next = value.checked_mul(i64::from(base)).and_then(|value| value.checked_add(i64::from(digit)));
-        let Some(next) = next else { return fail(TOO_LARGE) };
+        let Some(next) = next else { return memory.fail(TOO_LARGE) };
         value = next;
     }
     Ok(Token::Int(value))

@@ -1,35 +1,35 @@
 //! Methods of dicts, and how dicts are filled.
 
 use crate::arguments::{Arguments, Bound, needed};
-use crate::fault::{Result, fail};
+use crate::fault::Result;
 use crate::memory::Block;
 use crate::run::containers::fixed;
 use crate::run::{Run, order, wrong};
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::value::{Map, SIZE, Seq, Value, View};
 
 /// Result of a method of a dict.
 pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
     match name {
-        "get" => Ok(member(run, dict, needed(first)?)?.unwrap_or(second.unwrap_or(Value::None))),
-        "__getitem__" => match member(run, dict, needed(first)?)? {
+        "get" => Ok(member(run, dict, needed(run, first)?)?.unwrap_or(second.unwrap_or(Value::NONE))),
+        "__getitem__" => match member(run, dict, needed(run, first)?)? {
             Some(value) => Ok(value),
-            None => fail(&"the dict has no such key: use get"),
+            None => run.memory.fail(&"the dict has no such key: use get"),
         },
-        "__contains__" => order::contains(run, needed(first)?, dict).map(Value::Bool),
-        "__len__" => Ok(Value::Int(run.length(dict).unwrap_or(0) as i64)),
+        "__contains__" => order::contains(run, needed(run, first)?, dict).map(Value::bool),
+        "__len__" => Ok(Value::count(run.length(dict).unwrap_or(0))),
         "keys" => parts(run, dict, Seq::Keys),
         "values" => parts(run, dict, Seq::Values),
-        "items" => crate::filters::sequences::pairs(run, dict).map(|head| Value::Seq(Seq::Items, head)),
+        "items" => crate::filters::sequences::pairs(run, dict).map(|head| Value::seq(Seq::Items, head)),
         "copy" => copy(run, dict),
         _ => change(run, dict, name, bound),
     }
 }
 
 fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value>> {
-    match (dict, key) {
-        (Value::Object(object), Value::Str(name)) => run.kept_member(object, name),
-        (Value::Map(_, head), _) => {
+    match (dict.view(), key.view()) {
+        (View::Object(object), View::Str(name)) => run.kept_member(object, name),
+        (View::Map(_, head), _) => {
             if !order::is_hashable(run, key) {
                 return Err(wrong(&run.memory, &"this cannot be the key of a dict", key));
             }
@@ -45,12 +45,12 @@ fn parts(run: &mut Run<'_, '_>, dict: Value, kind: Seq) -> Result<Value> {
         let (key, value) = run.entry(dict, index)?;
         run.append(head, if kind == Seq::Keys { key } else { value })?;
     }
-    Ok(Value::Seq(kind, head))
+    Ok(Value::seq(kind, head))
 }
 
 fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
     let map = run.map(Map::Dict, 0)?;
-    if let Value::Map(_, head) = map {
+    if let View::Map(_, head) = map.view() {
         run.put_all(head, dict)?;
     }
     Ok(map)
@@ -59,15 +59,15 @@ fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
 /// Methods that change the dict.
 fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
-    let Value::Map(_, head) = dict else { return Err(fixed()) };
+    let View::Map(_, head) = dict.view() else { return Err(fixed(run)) };
     let block = run.memory.block(head);
     match name {
         "__setitem__" => {
-            run.put_kept(head, needed(first)?, needed(second)?)?;
-            Ok(Value::None)
+            run.put_kept(head, needed(run, first)?, needed(run, second)?)?;
+            Ok(Value::NONE)
         }
         "setdefault" => {
-            let (key, default) = (needed(first)?, second.unwrap_or(Value::None));
+            let (key, default) = (needed(run, first)?, second.unwrap_or(Value::NONE));
             if let Some(value) = member(run, dict, key)? {
                 return Ok(value);
             }
@@ -76,17 +76,17 @@ fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Resu
         }
         "clear" => {
             run.memory.set_block(head, Block { len: 0, ..block });
-            Ok(Value::None)
+            Ok(Value::NONE)
         }
         "popitem" => {
-            let Some(last) = block.len.checked_sub(1) else { return fail(&"the dict is empty") };
+            let Some(last) = block.len.checked_sub(1) else { return run.memory.fail(&"the dict is empty") };
             let (key, value) = run.entry(dict, last)?;
             run.memory.set_block(head, Block { len: last, ..block });
             run.seq(Seq::Tuple, &[key, value])
         }
         _ => {
-            let Some(at) = run.find(head, needed(first)?)? else {
-                return second.map_or_else(|| fail(&"the dict has no such key: give a second value to pop"), Ok);
+            let Some(at) = run.find(head, needed(run, first)?)? else {
+                return second.map_or_else(|| run.memory.fail(&"the dict has no such key: give a second value to pop"), Ok);
             };
             let value = run.memory.value(at + SIZE);
             run.memory.rotate(at, block.data + block.len * 2 * SIZE, 2 * SIZE);
@@ -98,24 +98,24 @@ fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Resu
 
 /// `dict.update(...)`: from another dict, from pairs, and by names.
 pub fn update(run: &mut Run<'_, '_>, dict: Value, arguments: Arguments) -> Result<Value> {
-    let Value::Map(_, head) = dict else { return Err(fixed()) };
+    let View::Map(_, head) = dict.view() else { return Err(fixed(run)) };
     fill(run, head, arguments)?;
     run.keep();
-    Ok(Value::None)
+    Ok(Value::NONE)
 }
 
 /// Fills a dict as `dict(...)` and `update(...)` do.
 pub fn fill(run: &mut Run<'_, '_>, head: u16, arguments: Arguments) -> Result<()> {
     let positions = arguments.positions(run);
     if positions > 1 {
-        return fail(&"one dict or list of pairs is taken, not more");
+        return run.memory.fail(&"one dict or list of pairs is taken, not more");
     }
     if let Some(from) = arguments.position(run, 0) {
         run.put_all(head, from)?;
     }
     for index in positions..arguments.count {
         if let Some((name, value)) = arguments.named(run, index) {
-            run.put(head, Value::Str(name), value)?;
+            run.put(head, Value::str(name), value)?;
         }
     }
     Ok(())

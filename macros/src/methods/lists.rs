@@ -1,35 +1,32 @@
 //! Methods of lists and tuples.
 
-use crate::arguments::{Bound, needed};
-use crate::fault::{Result, fail};
-use crate::filters::strings::whole;
+use crate::arguments::{Bound, needed, whole};
+use crate::fault::{Result, Words};
 use crate::memory::Block;
 use crate::run::containers::fixed;
 use crate::run::{Run, order};
-use crate::value::{DEEPEST, SIZE, Seq, Value};
+use crate::value::{DEEPEST, SIZE, Seq, Value, View};
 
 /// Result of a method of a list or tuple.
 pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
     match name {
-        "index" | "count" => return search(run, list, needed(first)?, name == "count"),
+        "index" | "count" => return search(run, list, needed(run, first)?, name == "count"),
         "copy" => return run.list_of(Seq::List, list),
-        "__len__" => return Ok(Value::Int(run.length(list).unwrap_or(0) as i64)),
+        "__len__" => return Ok(Value::count(run.length(list).unwrap_or(0))),
         "__getitem__" => {
-            let key = needed(first)?;
-            return match run.item(list, key)? {
-                Value::Undefined(_) => fail(&"the list has no element of this number"),
-                element => Ok(element),
-            };
+            let key = needed(run, first)?;
+            let element = run.item(list, key)?;
+            return if element.is_undefined() { run.memory.fail(NO_ELEMENT) } else { Ok(element) };
         }
         _ => {}
     }
-    let Value::Seq(Seq::List, head) = list else { return Err(fixed()) };
+    let View::Seq(Seq::List, head) = list.view() else { return Err(fixed(run)) };
     let block = run.memory.block(head);
     match name {
-        "append" => append(run, head, needed(first)?)?,
+        "append" => append(run, head, needed(run, first)?)?,
         "extend" => {
-            let more = needed(first)?;
+            let more = needed(run, first)?;
             for index in 0..run.iterate(more)? {
                 let element = run.element(more, index)?;
                 append(run, head, element)?;
@@ -37,14 +34,14 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Boun
             run.use_up(more);
         }
         "insert" => {
-            let (at, value) = (place(whole(run, needed(first)?)?, block.len, true)?, needed(second)?);
+            let (at, value) = (place(run, whole(run, needed(run, first)?)?, block.len, true)?, needed(run, second)?);
             append(run, head, value)?;
             let data = run.memory.block(head).data;
             run.memory.rotate(data + at * SIZE, data + (block.len + 1) * SIZE, (block.len - at) * SIZE);
         }
-        "pop" => return remove_at(run, head, whole(run, first.unwrap_or(Value::Int(-1)))?),
+        "pop" => return remove_at(run, head, whole(run, first.unwrap_or(Value::small(-1)))?),
         "remove" => {
-            let Value::Int(at) = search(run, list, needed(first)?, false)? else { return Ok(Value::None) };
+            let View::Int(at) = search(run, list, needed(run, first)?, false)?.view() else { return Ok(Value::NONE) };
             remove_at(run, head, at)?;
         }
         "reverse" => {
@@ -57,13 +54,13 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Boun
         }
         "clear" => run.memory.set_block(head, Block { len: 0, ..block }),
         "__setitem__" => {
-            let (at, value) = (place(whole(run, needed(first)?)?, block.len, false)?, needed(second)?);
+            let (at, value) = (place(run, whole(run, needed(run, first)?)?, block.len, false)?, needed(run, second)?);
             run.memory.set_value(block.data + at * SIZE, value);
             run.keep();
         }
-        _ => return fail(&"this function of lists is not known: use the filter sort"),
+        _ => return run.memory.fail(&"this function of lists is not known: use the filter sort"),
     }
-    Ok(Value::None)
+    Ok(Value::NONE)
 }
 
 /// Appends a value that stays when the statement is over.
@@ -77,22 +74,24 @@ fn append(run: &mut Run<'_, '_>, head: u16, value: Value) -> Result<()> {
     Ok(())
 }
 
+const NO_ELEMENT: Words = &"the list has no element of this number";
+
 /// Place of an element by its number, from the end if negative.
-fn place(index: i64, length: usize, may_be_outside: bool) -> Result<usize> {
+fn place(run: &Run<'_, '_>, index: i64, length: usize, may_be_outside: bool) -> Result<usize> {
     let length = length as i64;
     let place = if index < 0 { index.saturating_add(length) } else { index };
     if may_be_outside {
         return Ok(place.max(0).min(length) as usize);
     }
     if place < 0 || place >= length {
-        return fail(&"the list has no element of this number");
+        return run.memory.fail(NO_ELEMENT);
     }
     Ok(place as usize)
 }
 
 fn remove_at(run: &mut Run<'_, '_>, head: u16, index: i64) -> Result<Value> {
     let block = run.memory.block(head);
-    let at = place(index, block.len, false)?;
+    let at = place(run, index, block.len, false)?;
     let value = run.memory.value(block.data + at * SIZE);
     run.memory.rotate(block.data + at * SIZE, block.data + block.len * SIZE, SIZE);
     run.memory.set_block(head, Block { len: block.len - 1, ..block });
@@ -105,10 +104,10 @@ fn search(run: &mut Run<'_, '_>, list: Value, value: Value, counts: bool) -> Res
         let element = run.element(list, index)?;
         if order::equal(run, element, value, DEEPEST)? {
             if !counts {
-                return Ok(Value::Int(index as i64));
+                return Ok(Value::count(index));
             }
             count += 1;
         }
     }
-    if counts { Ok(Value::Int(count)) } else { fail(&"the value is not in the list: ask with in before") }
+    if counts { Ok(Value::count(count)) } else { run.memory.fail(&"the value is not in the list: ask with in before") }
 }

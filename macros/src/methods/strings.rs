@@ -1,41 +1,27 @@
 //! Methods of strings, as Python has them.
 
-use crate::arguments::{Arguments, Bound, needed};
+use crate::arguments::{Arguments, Bound, needed, optional_text as optional, text as string, whole};
 use crate::chars;
-use crate::fault::{Result, fail};
-use crate::filters::strings::{center, whole};
+use crate::fault::Result;
+use crate::filters::strings::center;
 use crate::memory::Text;
 use crate::run::{Run, wrong};
-use crate::value::{Seq, Value};
+use crate::value::{Seq, Value, View};
 
 /// Result of `text.format(...)`.
 pub fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
-    let Value::Str(text) = value else { return fail(&"only strings have format") };
+    let View::Str(text) = value.view() else { return run.memory.fail(&"only strings have format") };
     crate::format::braces(run, text, &arguments)
-}
-
-fn string(run: &Run<'_, '_>, value: Option<Value>) -> Result<Text> {
-    match needed(value)? {
-        Value::Str(text) => Ok(text),
-        other => Err(wrong(&run.memory, &"a string is wanted here", other)),
-    }
-}
-
-fn optional(run: &Run<'_, '_>, value: Option<Value>) -> Result<Option<Text>> {
-    match value {
-        None | Some(Value::None) => Ok(None),
-        some => string(run, some).map(Some),
-    }
 }
 
 /// Result of a method of a string.
 pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: &Bound) -> Result<Value> {
     let [first, second, third, _] = *bound;
     match name {
-        "split" => run.split(text, optional(run, first)?, whole(run, second.unwrap_or(Value::Int(-1)))?),
-        "rsplit" => split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::Int(-1)))?),
+        "split" => run.split(text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
+        "rsplit" => split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
         "splitlines" => run.split_lines(text),
-        "startswith" | "endswith" => has_end(run, text, needed(first)?, name == "startswith").map(Value::Bool),
+        "startswith" | "endswith" => has_end(run, text, needed(run, first)?, name == "startswith").map(Value::bool),
         "lower" => run.lower(text),
         "upper" => run.upper(text),
         "capitalize" => run.capitalize(text),
@@ -45,27 +31,27 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: &Bound
             if to_upper { chars::upper(char) } else { chars::lower(char) }
         }),
         "strip" | "lstrip" | "rstrip" => {
-            Ok(Value::Str(run.strip(text, optional(run, first)?, (name != "rstrip", name != "lstrip"))))
+            Ok(Value::str(run.strip(text, optional(run, first)?, (name != "rstrip", name != "lstrip"))))
         }
         "replace" => {
-            run.replace(text, string(run, first)?, string(run, second)?, whole(run, third.unwrap_or(Value::Int(-1)))?)
+            run.replace(text, string(run, first)?, string(run, second)?, whole(run, third.unwrap_or(Value::small(-1)))?)
         }
-        "join" => run.join(needed(first)?, text, true),
-        "zfill" => fill_zeros(run, text, whole(run, needed(first)?)?),
+        "join" => run.join(needed(run, first)?, text, true),
+        "zfill" => fill_zeros(run, text, whole(run, needed(run, first)?)?),
         "ljust" | "rjust" | "center" => justify(run, text, name, first, second),
         "removeprefix" => {
             let part = string(run, first)?;
             let has = run.memory.text(text).starts_with(run.memory.text(part));
-            Ok(Value::Str(if has { text.part(usize::from(part.len), usize::MAX) } else { text }))
+            Ok(Value::str(if has { text.rest(part.len()) } else { text }))
         }
         "removesuffix" => {
             let part = string(run, first)?;
             let has = run.memory.text(text).ends_with(run.memory.text(part));
-            Ok(Value::Str(if has { text.part(0, usize::from(text.len - part.len)) } else { text }))
+            Ok(Value::str(if has { text.part(0, usize::from(text.len() - part.len())) } else { text }))
         }
         "partition" | "rpartition" => partition(run, text, string(run, first)?, name == "rpartition"),
         "find" | "rfind" | "index" | "count" => search(run, text, name, string(run, first)?),
-        _ => Ok(Value::Bool(is_kind(run.memory.text(text), name))),
+        _ => Ok(Value::bool(is_kind(run.memory.text(text), name))),
     }
 }
 
@@ -85,19 +71,19 @@ fn is_kind(text: &str, name: &str) -> bool {
 fn search(run: &mut Run<'_, '_>, text: Text, name: &str, part: Text) -> Result<Value> {
     let (string, part) = (run.memory.text(text), run.memory.text(part));
     let found = match name {
-        "count" if part.is_empty() => return Ok(Value::Int(crate::chars::count(string) as i64 + 1)),
+        "count" if part.is_empty() => return Ok(Value::count(chars::count(string) + 1)),
         "count" => {
             let next = |at: usize| chars::find(string, part, at).map(|at| at + part.len());
             let places = core::iter::successors(next(0), |at| next(*at));
-            return Ok(Value::Int(places.count() as i64));
+            return Ok(Value::count(places.count()));
         }
         "rfind" => chars::find_last(string, part),
         _ => chars::find(string, part, 0),
     };
     match found {
-        Some(at) => Ok(Value::Int(crate::chars::count(string.get(..at).unwrap_or_default()) as i64)),
-        None if name == "index" => fail(&"the text is not in the string: ask with in before"),
-        None => Ok(Value::Int(-1)),
+        Some(at) => Ok(Value::count(crate::chars::count(string.get(..at).unwrap_or_default()))),
+        None if name == "index" => run.memory.fail(&"the text is not in the string: ask with in before"),
+        None => Ok(Value::small(-1)),
     }
 }
 
@@ -106,9 +92,9 @@ fn has_end(run: &mut Run<'_, '_>, text: Text, end: Value, is_start: bool) -> Res
         let (string, end) = (run.memory.text(text), run.memory.text(end));
         if is_start { string.starts_with(end) } else { string.ends_with(end) }
     };
-    match end {
-        Value::Str(end) => Ok(is(run, end)),
-        Value::Seq(Seq::Tuple, _) => {
+    match end.view() {
+        View::Str(end) => Ok(is(run, end)),
+        View::Seq(Seq::Tuple, _) => {
             for index in 0..run.iterate(end)? {
                 let element = run.element(end, index)?;
                 if is(run, string(run, Some(element))?) {
@@ -117,7 +103,7 @@ fn has_end(run: &mut Run<'_, '_>, text: Text, end: Value, is_start: bool) -> Res
             }
             Ok(false)
         }
-        other => Err(wrong(&run.memory, &"a string is wanted here", other)),
+        _ => Err(wrong(&run.memory, &"a string is wanted here", end)),
     }
 }
 
@@ -125,7 +111,7 @@ fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, mo
     if most < 0 {
         return run.split(text, separator, most);
     }
-    let Some(separator) = separator else { return fail(&"rsplit with a count wants the text between the parts") };
+    let Some(separator) = separator else { return run.memory.fail(&"rsplit with a count wants the text between the parts") };
     let all = run.split(text, Some(separator), -1)?;
     let extra = run.length(all).unwrap_or(0) as i64 - 1 - most;
     if extra <= 0 {
@@ -133,12 +119,12 @@ fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, mo
     }
     let mut end = 0;
     for index in 0..=extra {
-        if let Value::Str(part) = run.element(all, index as usize)? {
-            end = usize::from(part.at) + usize::from(part.len) - usize::from(text.at);
+        if let View::Str(part) = run.element(all, index as usize)?.view() {
+            end = part.at() + part.len() - text.at();
         }
     }
-    let list = run.seq(Seq::List, &[Value::Str(text.part(0, end))])?;
-    let Value::Seq(_, head) = list else { return Ok(list) };
+    let list = run.seq(Seq::List, &[Value::str(text.part(0, end))])?;
+    let View::Seq(_, head) = list.view() else { return Ok(list) };
     for index in extra + 1..=extra + most {
         let part = run.element(all, index as usize)?;
         run.append(head, part)?;
@@ -154,17 +140,17 @@ fn fill_zeros(run: &mut Run<'_, '_>, text: Text, width: i64) -> Result<Value> {
     let from = run.memory.top;
     run.memory.push_text(text.part(0, sign))?;
     (0..missing).try_for_each(|_| run.memory.push_byte(b'0'))?;
-    run.memory.push_text(text.part(sign, usize::MAX))?;
-    Ok(Value::Str(run.memory.text_since(from)))
+    run.memory.push_text(text.rest(sign))?;
+    Ok(Value::str(run.memory.text_since(from)))
 }
 
 fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, fill: Option<Value>) -> Result<Value> {
-    let width = whole(run, needed(width)?)?;
+    let width = whole(run, needed(run, width)?)?;
     let mut fill_char = ' ';
     if let Some(fill) = optional(run, fill)? {
         let mut chars = run.memory.text(fill).chars();
         let (Some(char), None) = (chars.next(), chars.next()) else {
-            return fail(&"what fills has to be one character");
+            return run.memory.fail(&"what fills has to be one character");
         };
         fill_char = char;
     }
@@ -180,14 +166,14 @@ fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, 
 fn partition(run: &mut Run<'_, '_>, text: Text, separator: Text, from_end: bool) -> Result<Value> {
     let (string, part) = (run.memory.text(text), run.memory.text(separator));
     if part.is_empty() {
-        return fail(&"a string cannot be split by an empty one");
+        return run.memory.fail(&"a string cannot be split by an empty one");
     }
     let found = if from_end { chars::find_last(string, part) } else { chars::find(string, part, 0) };
-    let empty = Text { at: text.at, len: 0 };
+    let empty = text.part(0, 0);
     let parts = match found {
-        Some(at) => [text.part(0, at), separator, text.part(at + usize::from(separator.len), usize::MAX)],
+        Some(at) => [text.part(0, at), separator, text.rest(at + separator.len())],
         None if from_end => [empty, empty, text],
         None => [text, empty, empty],
     };
-    run.seq(Seq::Tuple, &parts.map(Value::Str))
+    run.seq(Seq::Tuple, &parts.map(Value::str))
 }

@@ -2,7 +2,7 @@
 
 use super::Parser;
 use crate::code::Op;
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result};
 use crate::lexer::{self, Token};
 use crate::memory::Text;
 use crate::names;
@@ -40,10 +40,10 @@ impl Parser<'_, '_, '_> {
                 self.advance()?;
                 self.advance()?;
                 self.expression()?;
-                self.emit_word(Op::Keyword, name.at)?;
+                self.emit_word(Op::Keyword, name.at() as u16)?;
                 has_names = true;
             } else if has_names {
-                return fail(&"arguments without a name have to stand before those with one");
+                return self.memory.fail(&"arguments without a name have to stand before those with one");
             } else {
                 self.expression()?;
             }
@@ -90,7 +90,7 @@ impl Parser<'_, '_, '_> {
         if !self.is_soft && self.unknown.is_none() {
             self.unknown = Some((self.memory.top, fault));
         }
-        self.emit_word(Op::Unknown, name.at)
+        self.emit_word(Op::Unknown, name.at() as u16)
     }
 
     /// A test behind its `is`.
@@ -102,7 +102,7 @@ impl Parser<'_, '_, '_> {
             Token::Sign(b'(') => self.arguments()?,
             Token::Name(next) if matches!(self.memory.bytes(next), b"else" | b"or" | b"and") => 0,
             Token::Name(next) if self.memory.is(next, "is") => {
-                return fail(&"two tests cannot follow each other: put the first in parentheses");
+                return self.memory.fail(&"two tests cannot follow each other: put the first in parentheses");
             }
             Token::Name(_) | Token::Str(_) | Token::Int(_) | Token::Float(_) | Token::Sign(b'[' | b'{') => {
                 self.primary()?;

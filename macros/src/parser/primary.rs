@@ -17,7 +17,7 @@ impl Parser<'_, '_, '_> {
                     b"true" | b"True" => self.emit(Op::True),
                     b"false" | b"False" => self.emit(Op::False),
                     b"none" | b"None" => self.emit(Op::None),
-                    _ => self.emit_word(Op::Load, name.at),
+                    _ => self.emit_word(Op::Load, name.at() as u16),
                 }
             }
             Token::Str(text) => self.strings(text),
@@ -52,10 +52,10 @@ impl Parser<'_, '_, '_> {
     /// Strings that follow each other are one.
     fn strings(&mut self, first: Text) -> Result<()> {
         self.advance()?;
-        self.emit_word(Op::Str, first.at)?;
+        self.emit_word(Op::Str, first.at() as u16)?;
         while let Token::Str(text) = self.token {
             self.advance()?;
-            self.emit_word(Op::Str, text.at)?;
+            self.emit_word(Op::Str, text.at() as u16)?;
             self.emit(Op::Join)?;
         }
         Ok(())
@@ -115,10 +115,10 @@ impl Parser<'_, '_, '_> {
             Token::Name(name) => {
                 self.advance()?;
                 if self.token != Token::Sign(b'(') {
-                    return self.emit_word(Op::Attribute, name.at);
+                    return self.emit_word(Op::Attribute, name.at() as u16);
                 }
                 let count = self.arguments()?;
-                self.emit_word(Op::Method, name.at)?;
+                self.emit_word(Op::Method, name.at() as u16)?;
                 self.memory.push_byte(count)
             }
             Token::Int(number) => {
@@ -146,7 +146,7 @@ impl Parser<'_, '_, '_> {
             return self.emit(if is_slice { Op::Slice } else { Op::Item });
         }
         if is_slice {
-            return crate::fault::fail(&"a slice has to stand alone in its brackets");
+            return self.memory.fail(&"a slice has to stand alone in its brackets");
         }
         self.emit_word(Op::Tuple, count)?;
         self.emit(Op::Item)

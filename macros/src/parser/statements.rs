@@ -3,9 +3,9 @@
 use super::Parser;
 use super::expressions::Form;
 use crate::code::{self, Op};
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result};
 use crate::lexer::Token;
-use crate::memory::Text;
+use crate::memory::{Memory, Text};
 
 /// Most tags within tags.
 const MOST_OPEN: usize = 16;
@@ -68,9 +68,9 @@ struct Stack {
 }
 
 impl Stack {
-    fn push(&mut self, open: Open) -> Result<()> {
+    fn push(&mut self, memory: &Memory<'_>, open: Open) -> Result<()> {
         let Some(place) = self.list.get_mut(self.count) else {
-            return fail(&"too many tags within tags: make a macro of its own of a part");
+            return memory.fail(&"too many tags within tags: make a macro of its own of a part");
         };
         *place = Some(open);
         self.count += 1;
@@ -98,7 +98,7 @@ impl Parser<'_, '_, '_> {
         loop {
             match self.token {
                 Token::Data(text) => {
-                    self.emit_word(Op::Text, text.at)?;
+                    self.emit_word(Op::Text, text.at() as u16)?;
                     self.advance()?;
                 }
                 Token::OutputBegin => {
@@ -121,7 +121,7 @@ impl Parser<'_, '_, '_> {
         }
         if let Some(open) = stack.last() {
             self.place = open.place;
-            return fail(&"the tag that begins here has no end: put {% endif %}, {% endfor %} or {% endset %}");
+            return self.memory.fail(&"the tag that begins here has no end: put {% endif %}, {% endfor %} or {% endset %}");
         }
         self.emit(Op::End)
     }
@@ -172,7 +172,7 @@ impl Parser<'_, '_, '_> {
         self.is_soft = true;
         self.skip_sign(b':')?;
         let targets = Targets::default();
-        stack.push(Open { kind: Kind::If, place, branch, ends: 0, again: 0, was_soft, targets })
+        stack.push(self.memory, Open { kind: Kind::If, place, branch, ends: 0, again: 0, was_soft, targets })
     }
 
     /// Ends a branch and begins that of `elif` or `else`.
@@ -192,7 +192,7 @@ impl Parser<'_, '_, '_> {
             open.kind = Kind::Else;
         }
         self.skip_sign(b':')?;
-        stack.push(open)
+        stack.push(self.memory, open)
     }
 
     fn end_if(&mut self, stack: &mut Stack) -> Result<()> {
@@ -225,17 +225,17 @@ impl Parser<'_, '_, '_> {
             self.emit(Op::Drop)?;
         }
         if self.at_name("recursive") {
-            return fail(&"loops that call themselves are not known: write one loop in another");
+            return self.memory.fail(&"loops that call themselves are not known: write one loop in another");
         }
         let from = self.memory.top;
         self.memory.push_bytes(b"loop")?;
         let name = self.memory.intern(from)?;
-        self.emit_word(Op::ForCount, name.at)?;
+        self.emit_word(Op::ForCount, name.at() as u16)?;
         let was_soft = self.is_soft;
         self.check_names()?;
         self.is_soft = false;
         self.skip_sign(b':')?;
-        stack.push(Open { kind: Kind::For, place, branch, ends: 0, again, was_soft, targets })
+        stack.push(self.memory, Open { kind: Kind::For, place, branch, ends: 0, again, was_soft, targets })
     }
 
     /// Ends the turns of a loop.
@@ -253,7 +253,7 @@ impl Parser<'_, '_, '_> {
         open.kind = Kind::ForElse;
         self.emit(Op::FrameBegin)?;
         self.skip_sign(b':')?;
-        stack.push(open)
+        stack.push(self.memory, open)
     }
 
     fn end_for(&mut self, stack: &mut Stack) -> Result<()> {
@@ -273,20 +273,20 @@ impl Parser<'_, '_, '_> {
     fn set(&mut self, stack: &mut Stack, place: (u16, u16)) -> Result<()> {
         let targets = self.targets(false)?;
         if stack.has_loop() && targets.has(self.memory, "loop") {
-            return fail(&"loop cannot be set within a loop: take another name");
+            return self.memory.fail(&"loop cannot be set within a loop: take another name");
         }
         if self.skip_sign(b'=')? {
             self.tuple(Form::default())?;
             return self.store(&targets);
         }
         if self.token == Token::Sign(b'|') {
-            return fail(&"a filter cannot stand here: put it into the text that follows");
+            return self.memory.fail(&"a filter cannot stand here: put it into the text that follows");
         }
         self.emit(Op::CaptureBegin)?;
         let was_soft = self.is_soft;
         self.is_soft = false;
         self.skip_sign(b':')?;
-        stack.push(Open { kind: Kind::Set, place, branch: 0, ends: 0, again: 0, was_soft, targets })
+        stack.push(self.memory, Open { kind: Kind::Set, place, branch: 0, ends: 0, again: 0, was_soft, targets })
     }
 
     fn end_set(&mut self, stack: &mut Stack) -> Result<()> {
@@ -311,9 +311,9 @@ impl Parser<'_, '_, '_> {
                 return Err(Fault::about(self.memory, &"nothing can be stored in this: take another name", name));
             }
             let Some(place) = targets.list.get_mut(targets.count) else {
-                return fail(&"too many names before the value");
+                return self.memory.fail(&"too many names before the value");
             };
-            *place = (name.at, member.at);
+            *place = (name.at() as u16, member.at() as u16);
             targets.count += 1;
             if !self.skip_sign(b',')? {
                 break;
@@ -347,7 +347,7 @@ impl Parser<'_, '_, '_> {
 }
 
 impl Targets {
-    fn has(&self, memory: &crate::memory::Memory<'_>, word: &str) -> bool {
+    fn has(&self, memory: &Memory<'_>, word: &str) -> bool {
         self.list.iter().take(self.count).any(|(name, _)| memory.is(memory.interned(*name), word))
     }
 }

@@ -7,7 +7,7 @@ use crate::code::Op;
 use crate::fault::Result;
 use crate::run::order::{Number, contains, equal, number, order};
 use crate::run::{Run, numbers, wrong};
-use crate::value::{DEEPEST, Value};
+use crate::value::{DEEPEST, Value, View};
 
 /// Whether a comparison holds.
 pub fn compare(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<bool> {
@@ -36,7 +36,7 @@ impl Machine<'_, '_> {
         let run = &mut self.run;
         let result = match (op, name) {
             (_, Some(name)) => run.attribute(last, name)?,
-            (Op::Not, _) => Value::Bool(!run.truth(last)),
+            (Op::Not, _) => Value::bool(!run.truth(last)),
             (Op::Negative | Op::Positive, _) => sign(run, last, op == Op::Negative)?,
             (Op::Slice, _) => {
                 let (to, from) = (run.memory.pop(), run.memory.pop());
@@ -53,7 +53,7 @@ impl Machine<'_, '_> {
 
     fn two(&mut self, op: Op, a: Value, b: Value) -> Result<Value> {
         let run = &mut self.run;
-        if let (Op::Modulo, Value::Str(text)) = (op, a) {
+        if let (Op::Modulo, Some(text)) = (op, a.text()) {
             return crate::format::percent(run, text, b);
         }
         match op {
@@ -66,15 +66,15 @@ impl Machine<'_, '_> {
             Op::Add | Op::Subtract | Op::Multiply | Op::Divide | Op::FloorDivide | Op::Modulo | Op::Power => {
                 numbers::calculate(run, op, a, b)
             }
-            _ => compare(run, op, a, b).map(Value::Bool),
+            _ => compare(run, op, a, b).map(Value::bool),
         }
     }
 }
 
-fn sign(run: &Run<'_, '_>, value: Value, is_negative: bool) -> Result<Value> {
-    match number(value) {
-        Some(Number::Int(int)) => Ok(Value::Int(if is_negative { int.wrapping_neg() } else { int })),
-        Some(Number::Float(float)) => Ok(Value::Float(if is_negative { -float } else { float })),
+fn sign(run: &mut Run<'_, '_>, value: Value, is_negative: bool) -> Result<Value> {
+    match number(&run.memory, value) {
+        Some(Number::Int(int)) => run.memory.int(if is_negative { int.wrapping_neg() } else { int }),
+        Some(Number::Float(float)) => Ok(Value::float(if is_negative { -float } else { float })),
         None => Err(wrong(&run.memory, &"no number: make one with |int or |float before its sign is changed", value)),
     }
 }

@@ -2,11 +2,11 @@
 
 use super::Machine;
 use crate::code::Op;
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result};
 use crate::memory::{Text, Use};
 use crate::run::containers::LOOP_PLACES;
 use crate::run::wrong;
-use crate::value::{Map, Value};
+use crate::value::{Map, Value, View};
 
 impl Machine<'_, '_> {
     /// Instructions that take values away.
@@ -18,7 +18,7 @@ impl Machine<'_, '_> {
                 let name = self.word();
                 let value = self.run.memory.pop();
                 if self.place_of(name).is_none() {
-                    self.run.memory.push_named(Use::Variable, name, Value::None)?;
+                    self.run.memory.push_named(Use::Variable, name, Value::NONE)?;
                 }
                 self.run.memory.push(value)?;
             }
@@ -30,14 +30,14 @@ impl Machine<'_, '_> {
             _ => {
                 let (name, member) = (self.string(), self.string());
                 let value = self.run.memory.pop();
-                let Value::Map(Map::Namespace, head) = self.variable(name)? else {
+                let View::Map(Map::Namespace, head) = self.variable(name)?.view() else {
                     return Err(Fault::about(
                         &self.run.memory,
                         &"only members of a namespace can be set: make one with namespace()",
                         name,
                     ));
                 };
-                self.run.put_kept(head, Value::Str(member), value)?;
+                self.run.put_kept(head, Value::str(member), value)?;
             }
         }
         Ok(())
@@ -65,11 +65,11 @@ impl Machine<'_, '_> {
         if !value.lies_behind(memory.keep, memory.pool) {
             return value;
         }
-        if let Value::Str(text) = value {
+        if let View::Str(text) = value.view() {
             let moved = memory.move_down(text, memory.keep);
-            memory.keep += usize::from(moved.len);
+            memory.keep += moved.len();
             memory.top = memory.keep;
-            return Value::Str(moved);
+            return Value::str(moved);
         }
         memory.keep = memory.top;
         value
@@ -81,7 +81,7 @@ impl Machine<'_, '_> {
         let value = self.run.memory.pop();
         let length = self.run.iterate(value)?;
         if length != count {
-            return fail(&"the value has another number of parts than there are names");
+            return self.run.memory.fail(&"the value has another number of parts than there are names");
         }
         for index in (0..count).rev() {
             let part = self.run.element(value, index)?;
@@ -97,8 +97,8 @@ impl Machine<'_, '_> {
     pub fn frames(&mut self, op: Op) -> Result<()> {
         match op {
             Op::FrameBegin | Op::CaptureBegin => {
-                self.run.memory.push(Value::Int(self.frame as i64))?;
-                self.run.memory.push(Value::Int(self.written as i64))?;
+                self.run.memory.push(Value::count(self.frame))?;
+                self.run.memory.push(Value::count(self.written))?;
                 self.frame = self.run.memory.depth();
             }
             _ => {
@@ -107,7 +107,7 @@ impl Machine<'_, '_> {
                 self.frame = whole(self.run.memory.pop());
                 if op == Op::CaptureEnd {
                     let text = self.catch(from)?;
-                    self.run.memory.push(Value::Str(text))?;
+                    self.run.memory.push(Value::str(text))?;
                 }
             }
         }
@@ -132,8 +132,8 @@ impl Machine<'_, '_> {
                 let name = self.word();
                 let at = self.frame - LOOP_PLACES;
                 let turns = whole_at(self, at + 1) + 1;
-                self.run.memory.set_at(at + 1, Value::Int(turns));
-                self.run.memory.push_named(Use::Variable, name, Value::Loop(at as u16))
+                self.run.memory.set_at(at + 1, Value::count(turns as usize));
+                self.run.memory.push_named(Use::Variable, name, Value::turns(at))
             }
             Op::ForAgain => {
                 self.run.memory.cut(self.frame);
@@ -168,12 +168,12 @@ impl Machine<'_, '_> {
     /// and the frame and memory to go back to at its end.
     fn begin(&mut self) -> Result<()> {
         let value = self.run.memory.pop();
-        if matches!(value, Value::Loop(_)) || !self.run.is_iterable(value) {
+        if matches!(value.view(), View::Loop(_)) || !self.run.is_iterable(value) {
             return Err(wrong(&self.run.memory, crate::run::lookup::NOT_ITERABLE, value));
         }
         let value = self.keep(value);
-        let back = (self.frame as i64) << 16 | self.run.memory.keep as i64;
-        for value in [value, Value::Int(-1), Value::Int(0), Value::Int(back)] {
+        let back = self.frame << 16 | self.run.memory.keep;
+        for value in [value, Value::small(-1), Value::small(0), Value::count(back)] {
             self.run.memory.push(value)?;
         }
         self.frame = self.run.memory.depth();
@@ -189,16 +189,16 @@ impl Machine<'_, '_> {
             return Ok(());
         }
         self.leap(false);
-        self.run.memory.set_at(at + 2, Value::Int(next as i64 + 1));
+        self.run.memory.set_at(at + 2, Value::count(next + 1));
         let element = self.run.element(value, next)?;
         self.run.memory.push(element)
     }
 }
 
 fn whole(value: Value) -> usize {
-    if let Value::Int(value) = value { value as usize } else { 0 }
+    if let View::Int(value) = value.view() { value as usize } else { 0 }
 }
 
 fn whole_at(machine: &Machine<'_, '_>, index: usize) -> i64 {
-    if let Value::Int(value) = machine.run.memory.at(index) { value } else { 0 }
+    if let View::Int(value) = machine.run.memory.at(index).view() { value } else { 0 }
 }

@@ -6,13 +6,13 @@ mod loops;
 use crate::arguments::Arguments;
 use crate::code::Op;
 use crate::environment::Environment;
-use crate::fault::{Error, Fault, Result, fail};
+use crate::fault::{Error, Fault, Result};
 use crate::lexer::Lexer;
 use crate::memory::{Memory, Text, Use};
 use crate::names;
 use crate::parser::Parser;
 use crate::run::{Run, VARIABLES, undefined, wrong};
-use crate::value::{DEEPEST, Map, SIZE, Seq, Value};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View};
 
 /// Most instructions of a rendering: some seconds on the board.
 const MOST_INSTRUCTIONS: u32 = 2_000_000;
@@ -41,7 +41,7 @@ pub fn compile(source: &mut dyn Iterator<Item = u8>, memory: &mut [u8]) -> core:
             let (code, strings) = (memory.top as u16, memory.pool as u16);
             Ok(Program { code, strings, length: length.min(usize::from(u16::MAX)) as u16 })
         }
-        Err(fault) => Err(Error::new(fault, place, &memory)),
+        Err(_) => Err(Error::new(place, &memory)),
     }
 }
 
@@ -73,7 +73,7 @@ impl Program {
         let mut machine = Machine { run, output, written: 0, next: 0, frame: 0, place: (1, 1) };
         match machine.carry_out() {
             Ok(()) => Ok(machine.written),
-            Err(fault) => Err(Error::new(fault, machine.place, &machine.run.memory)),
+            Err(_) => Err(Error::new(machine.place, &machine.run.memory)),
         }
     }
 }
@@ -112,7 +112,7 @@ impl Machine<'_, '_> {
                     self.write(text)?;
                 }
                 Op::None | Op::True | Op::False | Op::Missing | Op::Small | Op::Int | Op::Float | Op::Str => {
-                    let value = self.constant(op);
+                    let value = self.constant(op)?;
                     self.run.memory.push(value)?;
                 }
                 Op::Load => self.load()?,
@@ -131,7 +131,7 @@ impl Machine<'_, '_> {
                 _ => self.compute(op)?,
             }
         }
-        fail(&"the macro takes too long: make its loops shorter")
+        self.run.memory.fail(&"the macro takes too long: make its loops shorter")
     }
 
     fn byte(&mut self) -> u8 {
@@ -144,8 +144,9 @@ impl Machine<'_, '_> {
         self.run.memory.word(self.next - 2)
     }
 
-    fn eight(&mut self) -> [u8; 8] {
-        [0; 8].map(|_| self.byte())
+    fn eight(&mut self) -> u64 {
+        self.next += 8;
+        self.run.memory.eight(self.next - 8)
     }
 
     fn string(&mut self) -> Text {
@@ -168,17 +169,20 @@ impl Machine<'_, '_> {
         Ok(())
     }
 
-    fn constant(&mut self, op: Op) -> Value {
-        match op {
-            Op::True => Value::Bool(true),
-            Op::False => Value::Bool(false),
-            Op::Missing => Value::Undefined(self.string()),
-            Op::Small => Value::Int(i64::from(self.word())),
-            Op::Int => Value::Int(i64::from_le_bytes(self.eight())),
-            Op::Float => Value::Float(f64::from_le_bytes(self.eight())),
-            Op::Str => Value::Str(self.string()),
-            _ => Value::None,
-        }
+    fn constant(&mut self, op: Op) -> Result<Value> {
+        Ok(match op {
+            Op::True => Value::bool(true),
+            Op::False => Value::bool(false),
+            Op::Missing => Value::undefined(self.string()),
+            Op::Small => Value::count(usize::from(self.word())),
+            Op::Int => {
+                let int = self.eight() as i64;
+                return self.run.memory.int(int);
+            }
+            Op::Float => Value::float(f64::from_bits(self.eight())),
+            Op::Str => Value::str(self.string()),
+            _ => Value::NONE,
+        })
     }
 
     /// The value of a variable: of the template, of the machine, or a function.
@@ -190,7 +194,7 @@ impl Machine<'_, '_> {
 
     fn variable(&mut self, name: Text) -> Result<Value> {
         let memory = &self.run.memory;
-        let found = (0..memory.depth()).rev().find(|index| memory.name_at(*index, Use::Variable) == Some(name.at));
+        let found = (0..memory.depth()).rev().find(|index| memory.name_at(*index, Use::Variable) == Some(name.at() as u16));
         if let Some(index) = found {
             return Ok(memory.at(index));
         }
@@ -198,12 +202,12 @@ impl Machine<'_, '_> {
         if let Some(number) = function
             && memory.text(name).starts_with("action_")
         {
-            return Ok(Value::Function(number));
+            return Ok(Value::function(number));
         }
         if let Some(value) = self.given(name)? {
             return Ok(value);
         }
-        Ok(function.map_or(Value::Undefined(name), Value::Function))
+        Ok(function.map_or(Value::undefined(name), Value::function))
     }
 
     /// A variable of the machine's. Lists and dicts are made once, so that what a template changes in them
@@ -216,7 +220,7 @@ impl Machine<'_, '_> {
         let Some(given) = given else { return Ok(None) };
         let value = Run::take(&mut self.run.memory, given)?;
         let value = self.run.settle(value, DEEPEST)?;
-        if matches!(value, Value::Seq(..) | Value::Map(..)) {
+        if matches!(value.view(), View::Seq(..) | View::Map(..)) {
             self.run.note_given(VARIABLES, name, value)?;
         }
         Ok(Some(value))
@@ -229,7 +233,7 @@ impl Machine<'_, '_> {
         let first = self.run.memory.depth().saturating_sub(places);
         let value = if op == Op::Dict {
             let map = self.run.map(Map::Dict, count)?;
-            let Value::Map(_, head) = map else { return Ok(()) };
+            let View::Map(_, head) = map.view() else { return Ok(()) };
             for index in 0..count {
                 let [key, value] = [0, 1].map(|offset| self.run.memory.at(first + 2 * index + offset));
                 self.run.put(head, key, value)?;
@@ -241,7 +245,7 @@ impl Machine<'_, '_> {
                 let value = self.run.memory.at(first + index);
                 self.run.append(head, value)?;
             }
-            Value::Seq(if op == Op::List { Seq::List } else { Seq::Tuple }, head)
+            Value::seq(if op == Op::List { Seq::List } else { Seq::Tuple }, head)
         };
         self.run.memory.cut(first);
         self.run.memory.push(value)
@@ -254,7 +258,7 @@ impl Machine<'_, '_> {
                 let comparison = Op::from_byte(self.byte());
                 let (b, a) = (self.run.memory.pop(), self.run.memory.pop());
                 let holds = compute::compare(&mut self.run, comparison, a, b)?;
-                self.run.memory.push(if holds { b } else { Value::Bool(false) })?;
+                self.run.memory.push(if holds { b } else { Value::bool(false) })?;
                 !holds
             }
             _ => {
@@ -289,12 +293,12 @@ impl Machine<'_, '_> {
         let subject = self.run.memory.at(first.saturating_sub(1));
         let arguments = Arguments { first, count }.spread(&mut self.run)?;
         let run = &mut self.run;
-        let result = match (op, subject) {
+        let result = match (op, subject.view()) {
             (Op::Filter, _) => crate::filters::apply(run, word as u8, subject, arguments)?,
-            (Op::Test, _) => Value::Bool(crate::filters::check(run, word as u8, subject, arguments)?),
+            (Op::Test, _) => Value::bool(crate::filters::check(run, word as u8, subject, arguments)?),
             (Op::Method, _) => crate::methods::call(run, subject, run.memory.interned(word), arguments)?,
-            (_, Value::Function(number)) => crate::functions::call(run, number, arguments)?,
-            (_, Value::Undefined(name)) => return Err(undefined(&run.memory, name)),
+            (_, View::Function(number)) => crate::functions::call(run, number, arguments)?,
+            (_, View::Undefined(name)) => return Err(undefined(&run.memory, name)),
             _ => return Err(wrong(&run.memory, &"this cannot be called", subject)),
         };
         self.run.memory.cut(first.saturating_sub(1));

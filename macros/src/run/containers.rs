@@ -2,9 +2,9 @@
 
 use super::{Run, order, wrong};
 use crate::environment::Kind;
-use crate::fault::{Fault, Result, fail};
+use crate::fault::{Fault, Result};
 use crate::memory::Text;
-use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value};
+use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View};
 
 /// Places on the stack that a loop has: what it goes through, where it is, and the loop around it.
 pub const LOOP_PLACES: usize = 4;
@@ -54,9 +54,9 @@ impl Run<'_, '_> {
 
     /// Copies all entries of a dict into another.
     pub fn put_all(&mut self, head: u16, from: Value) -> Result<()> {
-        match from {
-            Value::Map(Map::Dict, _) => {}
-            Value::Object(object) if object.kind == Kind::Dict => {}
+        match from.view() {
+            View::Map(Map::Dict, _) => {}
+            View::Object(object) if object.kind == Kind::Dict => {}
             _ => return self.put_pairs(head, from),
         }
         for index in 0..self.length(from).unwrap_or(0) {
@@ -70,7 +70,7 @@ impl Run<'_, '_> {
         for index in 0..self.iterate(from)? {
             let pair = self.element(from, index)?;
             if self.iterate(pair)? != 2 {
-                return fail(&"a dict is made of pairs of a key and a value");
+                return self.memory.fail(&"a dict is made of pairs of a key and a value");
             }
             let (key, value) = (self.element(pair, 0)?, self.element(pair, 1)?);
             self.put(head, key, value)?;
@@ -80,18 +80,18 @@ impl Run<'_, '_> {
 
     /// Key and value of a dict by number.
     pub fn entry(&mut self, map: Value, index: usize) -> Result<(Value, Value)> {
-        match map {
-            Value::Map(_, head) => {
+        match map.view() {
+            View::Map(_, head) => {
                 let at = self.memory.block(head).data + index * 2 * SIZE;
                 Ok((self.memory.value(at), self.memory.value(at + SIZE)))
             }
-            Value::Object(object) => {
+            View::Object(object) => {
                 let key = self.part(object, index)?;
-                let Value::Str(name) = key else { return Ok((key, Value::None)) };
+                let View::Str(name) = key.view() else { return Ok((key, Value::NONE)) };
                 let value = self.member(object, name)?;
-                Ok((key, value.unwrap_or(Value::None)))
+                Ok((key, value.unwrap_or(Value::NONE)))
             }
-            _ => Ok((Value::None, Value::None)),
+            _ => Ok((Value::NONE, Value::NONE)),
         }
     }
 
@@ -104,12 +104,12 @@ impl Run<'_, '_> {
             self.append(head, element)?;
         }
         self.use_up(value);
-        Ok(Value::Seq(kind, head))
+        Ok(Value::seq(kind, head))
     }
 
     /// Empties what can be gone through only once.
     pub fn use_up(&mut self, value: Value) {
-        if let Value::Seq(Seq::Once, head) = value {
+        if let View::Seq(Seq::Once, head) = value.view() {
             let block = self.memory.block(head);
             self.memory.set_block(head, crate::memory::Block { len: 0, ..block });
         }
@@ -118,15 +118,15 @@ impl Run<'_, '_> {
     /// A value of the machine's with all its parts in memory.
     pub fn settle(&mut self, value: Value, depth: u8) -> Result<Value> {
         if depth == 0 {
-            return fail(TOO_DEEP);
+            return self.memory.fail(TOO_DEEP);
         }
-        let Value::Object(object) = value else { return self.settle_parts(value, depth) };
+        let View::Object(object) = value.view() else { return self.settle_parts(value, depth) };
         let length = self.machine.length(object);
         match object.kind {
             Kind::Lookup => Ok(value),
             Kind::Dict => {
                 let map = self.map(Map::Dict, length)?;
-                let Value::Map(_, head) = map else { return Ok(map) };
+                let View::Map(_, head) = map.view() else { return Ok(map) };
                 for index in 0..length {
                     let (key, part) = self.entry(value, index)?;
                     let part = self.settle(part, depth - 1)?;
@@ -141,25 +141,25 @@ impl Run<'_, '_> {
                     let part = self.settle(part, depth - 1)?;
                     self.append(head, part)?;
                 }
-                Ok(Value::Seq(if object.kind == Kind::List { Seq::List } else { Seq::Tuple }, head))
+                Ok(Value::seq(if object.kind == Kind::List { Seq::List } else { Seq::Tuple }, head))
             }
         }
     }
 
     /// Brings the parts of a value in memory into memory, each into its place.
     fn settle_parts(&mut self, value: Value, depth: u8) -> Result<Value> {
-        let (head, size, offset) = match value {
-            Value::Seq(_, head) => (head, SIZE, 0),
-            Value::Map(_, head) => (head, 2 * SIZE, SIZE),
+        let (head, size, offset) = match value.view() {
+            View::Seq(_, head) => (head, SIZE, 0),
+            View::Map(_, head) => (head, 2 * SIZE, SIZE),
             _ => return Ok(value),
         };
         for index in 0..self.memory.block(head).len {
             let at = self.memory.block(head).data + index * size + offset;
             let part = self.memory.value(at);
-            if let Value::Object(_) | Value::Seq(..) | Value::Map(..) = part {
+            if let View::Object(_) | View::Seq(..) | View::Map(..) = part.view() {
                 let settled = self.settle(part, depth - 1)?;
                 self.memory.set_value(at, settled);
-                if matches!(part, Value::Object(_)) && at < self.memory.keep {
+                if matches!(part.view(), View::Object(_)) && at < self.memory.keep {
                     self.keep();
                 }
             }
@@ -174,9 +174,9 @@ impl Run<'_, '_> {
     }
 
     /// Number of the turn of a loop from 0, and of the element, which differ where elements are passed over.
-    pub fn turn(&self, place: u16) -> (i64, i64) {
-        let number = |offset: usize| match self.memory.at(usize::from(place) + offset) {
-            Value::Int(number) => number,
+    pub fn turn(&self, place: u16) -> (i32, i32) {
+        let number = |offset: usize| match self.memory.at(usize::from(place) + offset).view() {
+            View::Int(number) => number as i32,
             _ => 0,
         };
         (number(1), number(2))
@@ -185,32 +185,32 @@ impl Run<'_, '_> {
     /// Value of an attribute of a loop, as in `loop.index`.
     pub fn loop_attribute(&mut self, place: u16, name: Text) -> Result<Value> {
         let (turn, next) = self.turn(place);
-        let length = self.loop_length(place).unwrap_or(0) as i64;
+        let length = self.loop_length(place).unwrap_or(0) as i32;
         let word = self.memory.text(name);
         let needs_rest = matches!(word, "last" | "length" | "revindex" | "revindex0" | "nextitem" | "previtem");
         if needs_rest && turn + 1 != next {
-            return fail(&"a loop with if does not know its end: make a list with select before it");
+            return self.memory.fail(&"a loop with if does not know its end: make a list with select before it");
         }
         let at = usize::from(place);
         Ok(match word {
-            "index" => Value::Int(turn + 1),
-            "index0" => Value::Int(turn),
-            "first" => Value::Bool(turn == 0),
-            "last" => Value::Bool(next >= length),
-            "length" => Value::Int(length),
-            "revindex" => Value::Int(length - turn),
-            "revindex0" => Value::Int(length - turn - 1),
-            "depth" => Value::Int(1),
-            "depth0" => Value::Int(0),
+            "index" => Value::small(turn + 1),
+            "index0" => Value::small(turn),
+            "first" => Value::bool(turn == 0),
+            "last" => Value::bool(next >= length),
+            "length" => Value::small(length),
+            "revindex" => Value::small(length - turn),
+            "revindex0" => Value::small(length - turn - 1),
+            "depth" => Value::small(1),
+            "depth0" => Value::small(0),
             "previtem" if turn > 0 => self.element(self.memory.at(at), (turn - 1) as usize)?,
             "nextitem" if next < length => self.element(self.memory.at(at), next as usize)?,
-            "cycle" | "changed" => Value::Method,
-            _ => Value::Undefined(name),
+            "cycle" | "changed" => Value::METHOD,
+            _ => Value::undefined(name),
         })
     }
 }
 
 /// The fault that something of the machine's would be changed.
-pub fn fixed() -> Fault {
-    Fault::new(&"values of the printer cannot be changed: make a copy with |list, or dict(...), first")
+pub fn fixed(run: &Run<'_, '_>) -> Fault {
+    run.memory.fault(&"values of the printer cannot be changed: make a copy with |list, or dict(...), first")
 }

@@ -2,9 +2,9 @@
 
 use super::{Run, undefined, wrong};
 use crate::environment::Kind;
-use crate::fault::{Result, Words, fail};
+use crate::fault::{Result, Words};
 use crate::memory::Text;
-use crate::value::{Map, SIZE, Seq, Value};
+use crate::value::{Map, SIZE, Seq, Value, View};
 
 /// Words about a value that cannot be gone through.
 pub const NOT_ITERABLE: Words = &"this cannot be gone through: a list, dict, string or range can";
@@ -12,47 +12,41 @@ pub const NOT_ITERABLE: Words = &"this cannot be gone through: a list, dict, str
 impl Run<'_, '_> {
     /// Whether a value counts as true.
     pub fn truth(&mut self, value: Value) -> bool {
-        match value {
-            Value::Undefined(_) | Value::None => false,
-            Value::Bool(is) => is,
-            Value::Int(int) => int != 0,
-            Value::Float(float) => float != 0.0,
-            Value::Seq(Seq::Once, _) | Value::Map(Map::Namespace, _) => true,
-            Value::Object(object) if object.kind == Kind::Lookup => true,
-            Value::Function(_) | Value::Method => true,
+        match value.view() {
+            View::Undefined(_) | View::None => false,
+            View::Bool(is) => is,
+            View::Int(int) => int != 0,
+            View::Float(float) => float != 0.0,
+            View::Seq(Seq::Once, _) | View::Map(Map::Namespace, _) => true,
+            View::Object(object) if object.kind == Kind::Lookup => true,
+            View::Function(_) | View::Method => true,
             _ => self.length(value).is_none_or(|length| length > 0),
         }
     }
 
     /// Number of elements; none where a value has none.
     pub fn length(&mut self, value: Value) -> Option<usize> {
-        match value {
-            Value::Undefined(_) => Some(0),
-            Value::Str(text) => Some(crate::chars::count(self.memory.text(text))),
-            Value::Seq(_, head) | Value::Map(Map::Dict, head) => Some(self.memory.block(head).len),
-            Value::Range(at) => Some(self.range_length(at)),
-            Value::Object(object) => Some(self.machine.length(object)),
-            Value::Loop(place) => self.loop_length(place),
+        match value.view() {
+            View::Undefined(_) => Some(0),
+            View::Str(text) => Some(crate::chars::count(self.memory.text(text))),
+            View::Seq(_, head) | View::Map(Map::Dict, head) => Some(self.memory.block(head).len),
+            View::Range(at) => Some(self.range_length(at)),
+            View::Object(object) => Some(self.machine.length(object)),
+            View::Loop(place) => self.loop_length(place),
             _ => None,
         }
     }
 
     /// Bounds of a range: start, end and step.
     pub fn range(&self, at: u16) -> [i64; 3] {
-        [0, 8, 16].map(|offset| {
-            let mut bytes = [0; 8];
-            for (index, byte) in bytes.iter_mut().enumerate() {
-                *byte = self.memory.byte(usize::from(at) + offset + index);
-            }
-            i64::from_le_bytes(bytes)
-        })
+        [0, 8, 16].map(|offset| self.memory.eight(usize::from(at) + offset) as i64)
     }
 
     /// Makes a range of three bounds.
     pub fn new_range(&mut self, bounds: [i64; 3]) -> Result<Value> {
         let at = self.memory.top;
         bounds.iter().try_for_each(|bound| self.memory.push_bytes(&bound.to_le_bytes()))?;
-        Ok(Value::Range(at as u16))
+        Ok(Value::range(at))
     }
 
     fn range_length(&self, at: u16) -> usize {
@@ -67,41 +61,41 @@ impl Run<'_, '_> {
     /// Whether a value can be gone through.
     pub fn is_iterable(&self, value: Value) -> bool {
         matches!(
-            value,
-            Value::Undefined(_)
-                | Value::Str(_)
-                | Value::Seq(..)
-                | Value::Map(Map::Dict, _)
-                | Value::Range(_)
-                | Value::Object(_)
-                | Value::Loop(_)
+            value.view(),
+            View::Undefined(_)
+                | View::Str(_)
+                | View::Seq(..)
+                | View::Map(Map::Dict, _)
+                | View::Range(_)
+                | View::Object(_)
+                | View::Loop(_)
         )
     }
 
     /// Number of elements of what is gone through; a fault where it cannot be.
     pub fn iterate(&mut self, value: Value) -> Result<usize> {
-        if matches!(value, Value::Loop(_)) || !self.is_iterable(value) {
+        if matches!(value.view(), View::Loop(_)) || !self.is_iterable(value) {
             return Err(wrong(&self.memory, NOT_ITERABLE, value));
         }
         match self.length(value).unwrap_or(0) {
-            length if length > usize::from(u16::MAX) => fail(&"a range of more than 65535 numbers is too long here"),
+            length if length > usize::from(u16::MAX) => self.memory.fail(&"a range of more than 65535 numbers is too long here"),
             length => Ok(length),
         }
     }
 
     /// Element of what is gone through, by its number from 0: of dicts a key.
     pub fn element(&mut self, value: Value, index: usize) -> Result<Value> {
-        match value {
-            Value::Str(text) => Ok(Value::Str(self.character(text, index))),
-            Value::Seq(_, head) => Ok(self.memory.value(self.memory.block(head).data + index * SIZE)),
-            Value::Map(_, head) => Ok(self.memory.value(self.memory.block(head).data + index * 2 * SIZE)),
-            Value::Range(at) => {
+        match value.view() {
+            View::Str(text) => Ok(Value::str(self.character(text, index))),
+            View::Seq(_, head) => Ok(self.memory.value(self.memory.block(head).data + index * SIZE)),
+            View::Map(_, head) => Ok(self.memory.value(self.memory.block(head).data + index * 2 * SIZE)),
+            View::Range(at) => {
                 let [start, _, step] = self.range(at);
                 let element = step.checked_mul(index as i64).and_then(|offset| start.checked_add(offset));
-                Ok(Value::Int(element.unwrap_or(i64::MAX)))
+                self.memory.int(element.unwrap_or(i64::MAX))
             }
-            Value::Object(object) => self.part(object, index),
-            _ => Ok(Value::Undefined(Text::default())),
+            View::Object(object) => self.part(object, index),
+            _ => Ok(Value::MISSING),
         }
     }
 
@@ -115,39 +109,39 @@ impl Run<'_, '_> {
 
     /// Attribute of a value by name: `value.name`.
     pub fn attribute(&mut self, value: Value, name: Text) -> Result<Value> {
-        match value {
-            Value::Undefined(missing) => Err(undefined(&self.memory, missing)),
-            Value::Loop(place) => self.loop_attribute(place, name),
-            Value::Map(Map::Namespace, head) => self.get(head, Value::Str(name), name),
-            _ if crate::method_names::is_method(self.memory.text(name), value) => Ok(Value::Method),
-            Value::Object(object) => {
+        match value.view() {
+            View::Undefined(missing) => Err(undefined(&self.memory, missing)),
+            View::Loop(place) => self.loop_attribute(place, name),
+            View::Map(Map::Namespace, head) => self.get(head, Value::str(name), name),
+            _ if crate::method_names::is_method(self.memory.text(name), value) => Ok(Value::METHOD),
+            View::Object(object) => {
                 let member = self.kept_member(object, name)?;
-                Ok(member.unwrap_or(Value::Undefined(name)))
+                Ok(member.unwrap_or(Value::undefined(name)))
             }
-            Value::Map(Map::Dict, head) => self.get(head, Value::Str(name), name),
-            _ => Ok(Value::Undefined(name)),
+            View::Map(Map::Dict, head) => self.get(head, Value::str(name), name),
+            _ => Ok(Value::undefined(name)),
         }
     }
 
     /// Member of a dict, or the undefined value of that name.
     fn get(&mut self, head: u16, key: Value, name: Text) -> Result<Value> {
-        Ok(self.find(head, key)?.map_or(Value::Undefined(name), |at| self.memory.value(at + SIZE)))
+        Ok(self.find(head, key)?.map_or(Value::undefined(name), |at| self.memory.value(at + SIZE)))
     }
 
     /// Element of a value by its key: `value[key]`.
     pub fn item(&mut self, value: Value, key: Value) -> Result<Value> {
-        let name = if let Value::Str(text) = key { text } else { Text::default() };
-        match value {
-            Value::Undefined(missing) => return Err(undefined(&self.memory, missing)),
-            Value::Map(Map::Dict, head) => {
+        let name = if let View::Str(text) = key.view() { text } else { Text::default() };
+        match value.view() {
+            View::Undefined(missing) => return Err(undefined(&self.memory, missing)),
+            View::Map(Map::Dict, head) => {
                 if super::order::is_hashable(self, key)
                     && let Some(at) = self.find(head, key)?
                 {
                     return Ok(self.memory.value(at + SIZE));
                 }
             }
-            Value::Object(object) => match (object.kind, key) {
-                (Kind::Lookup | Kind::Dict, Value::Str(name)) => {
+            View::Object(object) => match (object.kind, key.view()) {
+                (Kind::Lookup | Kind::Dict, View::Str(name)) => {
                     if let Some(found) = self.kept_member(object, name)? {
                         return Ok(found);
                     }
@@ -155,37 +149,38 @@ impl Run<'_, '_> {
                 (Kind::List | Kind::Tuple, _) => return self.element_at(value, key),
                 _ => {}
             },
-            Value::Str(_) | Value::Seq(Seq::List | Seq::Tuple, _) | Value::Range(_)
-                if !matches!(key, Value::Str(_)) =>
+            View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Range(_)
+                if !matches!(key.view(), View::Str(_)) =>
             {
                 return self.element_at(value, key);
             }
             _ => {}
         }
-        if let Value::Str(name) = key { self.attribute(value, name) } else { Ok(Value::Undefined(name)) }
+        if let View::Str(name) = key.view() { self.attribute(value, name) } else { Ok(Value::undefined(name)) }
     }
 
     /// Element of a sequence by number, from its end if negative.
     fn element_at(&mut self, value: Value, key: Value) -> Result<Value> {
-        let index = match key {
-            Value::Int(index) => index,
-            Value::Bool(is) => i64::from(is),
-            Value::Str(name) => return self.attribute(value, name),
-            _ => return Ok(Value::Undefined(Text::default())),
+        let index = match key.view() {
+            View::Str(name) => return self.attribute(value, name),
+            _ => match self.memory.whole(key) {
+                Some(index) => index,
+                None => return Ok(Value::MISSING),
+            },
         };
         let length = self.length(value).unwrap_or(0) as i64;
         let index = if index < 0 { index.saturating_add(length) } else { index };
         if index < 0 || index >= length {
-            return Ok(Value::Undefined(Text::default()));
+            return Ok(Value::MISSING);
         }
         self.element(value, index as usize)
     }
 
     /// A part of a sequence: `value[from:to:step]`.
     pub fn slice(&mut self, value: Value, bounds: [Value; 3]) -> Result<Value> {
-        let is_sequence = match value {
-            Value::Str(_) | Value::Seq(Seq::List | Seq::Tuple, _) | Value::Range(_) => true,
-            Value::Object(object) => matches!(object.kind, Kind::List | Kind::Tuple),
+        let is_sequence = match value.view() {
+            View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Range(_) => true,
+            View::Object(object) => matches!(object.kind, Kind::List | Kind::Tuple),
             _ => false,
         };
         if !is_sequence {
@@ -195,13 +190,13 @@ impl Run<'_, '_> {
         let [from, to, step] = bounds;
         let step = self.bound(step)?.unwrap_or(1);
         if step == 0 {
-            return fail(&"the step of a slice may not be 0");
+            return self.memory.fail(&"the step of a slice may not be 0");
         }
         let (least, most) = if step < 0 { (-1, length - 1) } else { (0, length) };
         let clamp = |bound: i64| (if bound < 0 { bound.saturating_add(length) } else { bound }).max(least).min(most);
         let from = self.bound(from)?.map_or(if step < 0 { most } else { least }, clamp);
         let to = self.bound(to)?.map_or(if step < 0 { least } else { most }, clamp);
-        if let Value::Range(at) = value {
+        if let View::Range(at) = value.view() {
             let [start, _, pace] = self.range(at);
             let place = |index: i64| start.saturating_add(pace.saturating_mul(index));
             return self.new_range([place(from), place(to), pace.saturating_mul(step)]);
@@ -210,17 +205,17 @@ impl Run<'_, '_> {
     }
 
     fn bound(&self, bound: Value) -> Result<Option<i64>> {
-        match bound {
-            Value::None => Ok(None),
-            Value::Int(index) => Ok(Some(index)),
-            Value::Bool(is) => Ok(Some(i64::from(is))),
+        match bound.view() {
+            View::None => Ok(None),
+            View::Int(index) => Ok(Some(index)),
+            View::Bool(is) => Ok(Some(i64::from(is))),
             _ => Err(wrong(&self.memory, &"the bounds of a slice are whole numbers", bound)),
         }
     }
 
     fn copy_slice(&mut self, value: Value, from: i64, to: i64, step: i64) -> Result<Value> {
         let is_on = |index: i64| if step > 0 { index < to } else { index > to };
-        if let Value::Str(text) = value {
+        if let View::Str(text) = value.view() {
             let start = self.memory.top;
             let mut index = from;
             while is_on(index) {
@@ -228,11 +223,11 @@ impl Run<'_, '_> {
                 self.memory.push_text(part)?;
                 index = index.saturating_add(step);
             }
-            return Ok(Value::Str(self.memory.text_since(start)));
+            return Ok(Value::str(self.memory.text_since(start)));
         }
-        let kind = match value {
-            Value::Seq(kind, _) => kind,
-            Value::Object(object) if object.kind == Kind::Tuple => Seq::Tuple,
+        let kind = match value.view() {
+            View::Seq(kind, _) => kind,
+            View::Object(object) if object.kind == Kind::Tuple => Seq::Tuple,
             _ => Seq::List,
         };
         let head = self.memory.new_block(0, SIZE)?;
@@ -242,6 +237,6 @@ impl Run<'_, '_> {
             self.append(head, element)?;
             index = index.saturating_add(step);
         }
-        Ok(Value::Seq(kind, head))
+        Ok(Value::seq(kind, head))
     }
 }

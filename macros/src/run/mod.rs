@@ -11,7 +11,7 @@ use crate::environment::{Environment, Given, Kind, Object};
 use crate::fault::{Fault, Result, Words};
 use crate::literal;
 use crate::memory::{Memory, Text};
-use crate::value::{Map, Seq, Value};
+use crate::value::{Map, Seq, Value, View};
 
 /// Length of the head of a container that the machine has given: the next one, its name, its owner.
 const ENTRY: usize = 10;
@@ -30,13 +30,13 @@ impl Run<'_, '_> {
     /// A value of the machine's as one in memory.
     pub fn take(memory: &mut Memory<'_>, given: Given<'_>) -> Result<Value> {
         Ok(match given {
-            Given::None => Value::None,
-            Given::Bool(is) => Value::Bool(is),
-            Given::Int(int) => Value::Int(int),
-            Given::Float(float) => Value::Float(float),
-            Given::Text(text) => Value::Str(memory.copy_in(text)?),
+            Given::None => Value::NONE,
+            Given::Bool(is) => Value::bool(is),
+            Given::Int(int) => return memory.int(int),
+            Given::Float(float) => Value::float(float),
+            Given::Text(text) => Value::str(memory.copy_in(text)?),
             Given::Literal(text) => literal::read(memory, &mut text.bytes())?,
-            Given::Object(object) => Value::Object(object),
+            Given::Object(object) => Value::object(object),
         })
     }
 
@@ -55,7 +55,8 @@ impl Run<'_, '_> {
     /// rendering, with what the template changes in it.
     pub fn kept_member(&mut self, object: Object, name: Text) -> Result<Option<Value>> {
         let member = self.member(object, name)?;
-        if let Some(value @ (Value::Seq(..) | Value::Map(..))) = member
+        if let Some(value) = member
+            && value.head().is_some()
             && self.given_before(object.id, name).is_none()
         {
             self.note_given(object.id, name, value)?;
@@ -68,9 +69,8 @@ impl Run<'_, '_> {
         let mut entry = self.given;
         while entry != 0 {
             let at = usize::from(entry);
-            let known = Text { at: self.memory.word(at + 2), len: self.memory.word(at + 4) };
-            let of = u32::from(self.memory.word(at + 6)) | u32::from(self.memory.word(at + 8)) << 16;
-            if of == owner && self.memory.bytes(known) == self.memory.bytes(name) {
+            let known = Text::from_bits(self.memory.long_word(at + 2));
+            if self.memory.long_word(at + 6) == owner && self.memory.bytes(known) == self.memory.bytes(name) {
                 return Some(self.memory.value(at + ENTRY));
             }
             entry = self.memory.word(at);
@@ -81,10 +81,9 @@ impl Run<'_, '_> {
     /// Notes a container of the machine's, which stays from now on.
     pub fn note_given(&mut self, owner: u32, name: Text, value: Value) -> Result<()> {
         let at = self.memory.reserve(ENTRY + crate::value::SIZE)?;
-        for (index, word) in [self.given, name.at, name.len, owner as u16, (owner >> 16) as u16].into_iter().enumerate()
-        {
-            self.memory.set_word(at + 2 * index, word);
-        }
+        self.memory.set_word(at, self.given);
+        self.memory.set_long_word(at + 2, name.bits());
+        self.memory.set_long_word(at + 6, owner);
         self.memory.set_value(at + ENTRY, value);
         self.given = at as u16;
         self.keep();
@@ -94,19 +93,19 @@ impl Run<'_, '_> {
     /// Name or element of an object of the machine's.
     pub fn part(&mut self, object: Object, index: usize) -> Result<Value> {
         let given = self.machine.element(object, index);
-        given.map_or(Ok(Value::Undefined(Text::default())), |given| Self::take(&mut self.memory, given))
+        given.map_or(Ok(Value::MISSING), |given| Self::take(&mut self.memory, given))
     }
 
     /// A text of the program as a value.
     pub fn str(&mut self, text: &str) -> Result<Value> {
-        self.memory.copy_in(text).map(Value::Str)
+        self.memory.copy_in(text).map(Value::str)
     }
 
     /// A list or tuple of values.
     pub fn seq(&mut self, kind: Seq, values: &[Value]) -> Result<Value> {
         let head = self.memory.new_block(values.len(), crate::value::SIZE)?;
         values.iter().try_for_each(|value| self.append(head, *value))?;
-        Ok(Value::Seq(kind, head))
+        Ok(Value::seq(kind, head))
     }
 
     /// Appends a value to a list, tuple or view.
@@ -118,7 +117,7 @@ impl Run<'_, '_> {
 
     /// An empty dict or namespace.
     pub fn map(&mut self, kind: Map, room: usize) -> Result<Value> {
-        self.memory.new_block(room, 2 * crate::value::SIZE).map(|head| Value::Map(kind, head))
+        self.memory.new_block(room, 2 * crate::value::SIZE).map(|head| Value::map(kind, head))
     }
 
     /// Keeps what is in memory: something that stays refers to it.
@@ -131,7 +130,7 @@ impl Run<'_, '_> {
 /// The fault that a value has the wrong type.
 #[inline(never)]
 pub fn wrong(memory: &Memory<'_>, words: Words, value: Value) -> Fault {
-    if let Value::Undefined(name) = value {
+    if let View::Undefined(name) = value.view() {
         return undefined(memory, name);
     }
     Fault::of(memory, words, value.kind())

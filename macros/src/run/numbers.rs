@@ -1,11 +1,12 @@
 //! Arithmetic, and numbers from texts, by Python's rules.
 
 use super::order::{Number, number};
-use super::{Run, undefined, wrong};
+use super::{Run, wrong};
 use crate::code::Op;
 use crate::environment::Kind;
-use crate::fault::{Result, Words, fail};
-use crate::value::{Seq, Value};
+use crate::fault::{Fault, Result, Words};
+use crate::memory::Memory;
+use crate::value::{Seq, Value, View};
 
 const OVERFLOW: Words = &"the result is beyond 64 bits: calculate with a point, as in 1.0";
 const BY_ZERO: Words = &"nothing can be divided by zero";
@@ -13,46 +14,56 @@ const NO_ARITHMETIC: Words = &"no number: make one with |int or |float before it
 
 /// Result of an operator with two sides.
 pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Value> {
-    if let (Some(a), Some(b)) = (number(a), number(b)) {
-        return match (a, b) {
-            (Number::Int(a), Number::Int(b)) => integers(op, a, b),
-            (a, b) => floats(op, float(a), float(b)).map(Value::Float),
+    if let (Some(first), Some(second)) = (number(&run.memory, a), number(&run.memory, b)) {
+        if matches!(op, Op::Divide | Op::FloorDivide | Op::Modulo) && float(second) == 0.0 {
+            return run.memory.fail(BY_ZERO);
+        }
+        return match (first, second) {
+            (Number::Int(a), Number::Int(b)) => integers(&mut run.memory, op, a, b),
+            (a, b) => floats(&run.memory, op, float(a), float(b)),
         };
     }
-    match (op, a, b) {
-        (_, Value::Undefined(name), _) | (_, _, Value::Undefined(name)) => Err(undefined(&run.memory, name)),
-        (Op::Add, ..) => add(run, a, b),
-        (Op::Multiply, ..) => repeat(run, a, b),
-        _ => Err(wrong(&run.memory, NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
+    if a.is_undefined() || b.is_undefined() {
+        return Err(wrong(&run.memory, NO_ARITHMETIC, if a.is_undefined() { a } else { b }));
+    }
+    match op {
+        Op::Add => add(run, a, b),
+        Op::Multiply => repeat(run, a, b),
+        _ => Err(no_number(&run.memory, a, b)),
     }
 }
 
-fn float(number: Number) -> f64 {
+/// The fault that one of two values is no number.
+fn no_number(memory: &Memory<'_>, a: Value, b: Value) -> Fault {
+    wrong(memory, NO_ARITHMETIC, if number(memory, a).is_some() { b } else { a })
+}
+
+/// A number as a real one.
+pub fn float(number: Number) -> f64 {
     match number {
         Number::Int(int) => int as f64,
         Number::Float(float) => float,
     }
 }
 
-fn integers(op: Op, a: i64, b: i64) -> Result<Value> {
-    if b == 0 && matches!(op, Op::Divide | Op::FloorDivide | Op::Modulo) {
-        return fail(BY_ZERO);
-    }
+fn integers(memory: &mut Memory<'_>, op: Op, a: i64, b: i64) -> Result<Value> {
     let result = match op {
         Op::Add => a.checked_add(b),
         Op::Subtract => a.checked_sub(b),
         Op::Multiply => a.checked_mul(b),
-        Op::Divide => return Ok(Value::Float(a as f64 / b as f64)),
         Op::FloorDivide => divided(a, b).map(|(quotient, _)| quotient),
         Op::Modulo => divided(a, b).map(|(_, rest)| rest),
-        Op::Power if b < 0 => return floats(op, a as f64, b as f64).map(Value::Float),
-        _ => match u32::try_from(b) {
+        Op::Power if b >= 0 => match u32::try_from(b) {
             Ok(power) => a.checked_pow(power),
             Err(_) if matches!(a, 0 | 1) => Some(a),
             Err(_) => None,
         },
+        _ => return floats(memory, op, a as f64, b as f64),
     };
-    result.map_or_else(|| fail(OVERFLOW), |value| Ok(Value::Int(value)))
+    match result {
+        Some(int) => memory.int(int),
+        None => memory.fail(OVERFLOW),
+    }
 }
 
 /// Quotient rounded down, and the rest that has the sign of the divisor.
@@ -62,19 +73,16 @@ pub fn divided(a: i64, b: i64) -> Option<(i64, i64)> {
     Some(if is_up { (quotient - 1, rest + b) } else { (quotient, rest) })
 }
 
-fn floats(op: Op, a: f64, b: f64) -> Result<f64> {
-    if b == 0.0 && matches!(op, Op::Divide | Op::FloorDivide | Op::Modulo) {
-        return fail(BY_ZERO);
-    }
-    Ok(match op {
+fn floats(memory: &Memory<'_>, op: Op, a: f64, b: f64) -> Result<Value> {
+    Ok(Value::float(match op {
         Op::Add => a + b,
         Op::Subtract => a - b,
         Op::Multiply => a * b,
         Op::Divide => a / b,
         Op::FloorDivide => floor_division(a, b).0,
         Op::Modulo => floor_division(a, b).1,
-        _ => return power(a, b),
-    })
+        _ => return power(memory, a, b),
+    }))
 }
 
 /// Quotient rounded down, and the rest that has the sign of the divisor.
@@ -94,12 +102,12 @@ fn floor_division(a: f64, b: f64) -> (f64, f64) {
     (if quotient - whole > 0.5 { whole + 1.0 } else { whole }, rest)
 }
 
-fn power(a: f64, b: f64) -> Result<f64> {
+fn power(memory: &Memory<'_>, a: f64, b: f64) -> Result<Value> {
     if a == 0.0 && b < 0.0 {
-        return fail(&"zero has no negative power");
+        return memory.fail(&"zero has no negative power");
     }
     if a < 0.0 && a.is_finite() && b.is_finite() && b != libm::trunc(b) {
-        return fail(&"a negative number has only whole powers");
+        return memory.fail(&"a negative number has only whole powers");
     }
     // Where one rounding does, the result is exact to the last digit, as that of the desk is.
     let result = match b {
@@ -108,20 +116,20 @@ fn power(a: f64, b: f64) -> Result<f64> {
         _ => libm::pow(a, b),
     };
     if result.is_infinite() && a.is_finite() && b.is_finite() {
-        return fail(&"the result is too large");
+        return memory.fail(&"the result is too large");
     }
-    Ok(result)
+    Ok(Value::float(result))
 }
 
 fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
-    if let (Value::Str(a), Value::Str(b)) = (a, b) {
+    if let (Some(a), Some(b)) = (a.text(), b.text()) {
         return run.join_two(a, b);
     }
     let kind = sequence_kind(a);
     match (kind, sequence_kind(b)) {
         (Some(kind), Some(other)) if kind == other => {
             let sum = run.list_of(kind, a)?;
-            let Value::Seq(_, head) = sum else { return Ok(sum) };
+            let View::Seq(_, head) = sum.view() else { return Ok(sum) };
             for index in 0..run.iterate(b)? {
                 let element = run.element(b, index)?;
                 run.append(head, element)?;
@@ -129,11 +137,9 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
             Ok(sum)
         }
         _ => {
-            let words: Words = match (a, b) {
-                (Value::Str(_), _) | (_, Value::Str(_)) => &"this cannot be added to a string: join them with ~",
-                _ => NO_ARITHMETIC,
-            };
-            let is_first = number(a).is_some() || matches!(a, Value::Str(_));
+            let has_text = a.text().is_some() || b.text().is_some();
+            let words = if has_text { &"this cannot be added to a string: join them with ~" } else { NO_ARITHMETIC };
+            let is_first = number(&run.memory, a).is_some() || a.text().is_some();
             Err(wrong(&run.memory, words, if is_first { b } else { a }))
         }
     }
@@ -141,26 +147,26 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
 
 /// Whether a value is a list or tuple, and which.
 pub fn sequence_kind(value: Value) -> Option<Seq> {
-    match value {
-        Value::Seq(kind @ (Seq::List | Seq::Tuple), _) => Some(kind),
-        Value::Object(object) if object.kind == Kind::List => Some(Seq::List),
-        Value::Object(object) if object.kind == Kind::Tuple => Some(Seq::Tuple),
+    match value.view() {
+        View::Seq(kind @ (Seq::List | Seq::Tuple), _) => Some(kind),
+        View::Object(object) if object.kind == Kind::List => Some(Seq::List),
+        View::Object(object) if object.kind == Kind::Tuple => Some(Seq::Tuple),
         _ => None,
     }
 }
 
 fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
-    let (value, count) = match (a, b) {
-        (value, Value::Int(count)) | (Value::Int(count), value) => (value, count.max(0)),
-        (value, Value::Bool(is)) | (Value::Bool(is), value) => (value, i64::from(is)),
-        _ => return Err(wrong(&run.memory, NO_ARITHMETIC, if number(a).is_some() { b } else { a })),
+    let (value, count) = match (run.memory.whole(a), run.memory.whole(b)) {
+        (_, Some(count)) => (a, count),
+        (Some(count), _) => (b, count),
+        _ => return Err(no_number(&run.memory, a, b)),
     };
-    if let Value::Str(text) = value {
+    if let View::Str(text) = value.view() {
         let from = run.memory.top;
-        if text.len > 0 {
+        if text.len() > 0 {
             (0..count).try_for_each(|_| run.memory.push_text(text))?;
         }
-        return Ok(Value::Str(run.memory.text_since(from)));
+        return Ok(Value::str(run.memory.text_since(from)));
     }
     let Some(kind) = sequence_kind(value) else { return Err(wrong(&run.memory, NO_ARITHMETIC, value)) };
     let head = run.memory.new_block(0, crate::value::SIZE)?;
@@ -171,7 +177,7 @@ fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
             run.append(head, element)?;
         }
     }
-    Ok(Value::Seq(kind, head))
+    Ok(Value::seq(kind, head))
 }
 
 /// A number without the `_` between digits; none if they stand elsewhere or the text is too long.

@@ -4,8 +4,9 @@ use core::cmp::Ordering;
 
 use super::{Run, undefined, wrong};
 use crate::environment::Kind;
-use crate::fault::{Fault, Result, Words, fail};
-use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value};
+use crate::fault::{Fault, Result, Words};
+use crate::memory::Memory;
+use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View};
 
 /// Words about a value that a dict cannot have as a key.
 pub const NO_KEY: Words = &"this cannot be the key of a dict";
@@ -18,12 +19,10 @@ pub enum Number {
 }
 
 /// The number that a value is; truth values are 0 and 1.
-pub fn number(value: Value) -> Option<Number> {
-    match value {
-        Value::Bool(is) => Some(Number::Int(i64::from(is))),
-        Value::Int(int) => Some(Number::Int(int)),
-        Value::Float(float) => Some(Number::Float(float)),
-        _ => None,
+pub fn number(memory: &Memory<'_>, value: Value) -> Option<Number> {
+    match value.view() {
+        View::Float(float) => Some(Number::Float(float)),
+        _ => memory.whole(value).map(Number::Int),
     }
 }
 
@@ -61,10 +60,10 @@ fn order_mixed(a: i64, b: f64) -> Option<Ordering> {
 
 /// A list or tuple as both memory and machine may have it: whether it is a tuple.
 fn sequence(value: Value) -> Option<bool> {
-    match value {
-        Value::Seq(Seq::List, _) => Some(false),
-        Value::Seq(Seq::Tuple, _) => Some(true),
-        Value::Object(object) => match object.kind {
+    match value.view() {
+        View::Seq(Seq::List, _) => Some(false),
+        View::Seq(Seq::Tuple, _) => Some(true),
+        View::Object(object) => match object.kind {
             Kind::List => Some(false),
             Kind::Tuple => Some(true),
             Kind::Lookup | Kind::Dict => None,
@@ -74,9 +73,9 @@ fn sequence(value: Value) -> Option<bool> {
 }
 
 fn is_dict(value: Value) -> bool {
-    match value {
-        Value::Map(Map::Dict, _) => true,
-        Value::Object(object) => object.kind == Kind::Dict,
+    match value.view() {
+        View::Map(Map::Dict, _) => true,
+        View::Object(object) => object.kind == Kind::Dict,
         _ => false,
     }
 }
@@ -84,9 +83,9 @@ fn is_dict(value: Value) -> bool {
 /// Whether two values are equal.
 pub fn equal(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<bool> {
     if depth == 0 {
-        return fail(TOO_DEEP);
+        return run.memory.fail(TOO_DEEP);
     }
-    if let (Some(a), Some(b)) = (number(a), number(b)) {
+    if let (Some(a), Some(b)) = (number(&run.memory, a), number(&run.memory, b)) {
         return Ok(order_numbers(a, b) == Some(Ordering::Equal));
     }
     if let (Some(is_tuple), Some(other)) = (sequence(a), sequence(b)) {
@@ -95,14 +94,14 @@ pub fn equal(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<boo
     if is_dict(a) && is_dict(b) {
         return equal_dicts(run, a, b, depth);
     }
-    Ok(match (a, b) {
-        (Value::Undefined(_), Value::Undefined(_)) | (Value::None, Value::None) => true,
-        (Value::Str(a), Value::Str(b)) => run.memory.bytes(a) == run.memory.bytes(b),
-        (Value::Range(_), Value::Range(_)) => equal_ranges(run, a, b)?,
-        (Value::Seq(kind, a), Value::Seq(other, b)) => kind == other && a == b,
-        (Value::Map(kind, a), Value::Map(other, b)) => kind == other && a == b,
-        (Value::Function(a), Value::Function(b)) => a == b,
-        (Value::Object(a), Value::Object(b)) => a == b,
+    Ok(match (a.view(), b.view()) {
+        (View::Undefined(_), View::Undefined(_)) | (View::None, View::None) => true,
+        (View::Str(a), View::Str(b)) => run.memory.bytes(a) == run.memory.bytes(b),
+        (View::Range(_), View::Range(_)) => equal_ranges(run, a, b)?,
+        (View::Seq(kind, a), View::Seq(other, b)) => kind == other && a == b,
+        (View::Map(kind, a), View::Map(other, b)) => kind == other && a == b,
+        (View::Function(a), View::Function(b)) => a == b,
+        (View::Object(a), View::Object(b)) => a == b,
         _ => false,
     })
 }
@@ -145,7 +144,7 @@ fn equal_dicts(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<b
     for index in 0..length.unwrap_or(0) {
         let (key, value) = run.entry(a, index)?;
         let other = run.item(b, key)?;
-        if matches!(other, Value::Undefined(_)) || !equal(run, value, other, depth - 1)? {
+        if matches!(other.view(), View::Undefined(_)) || !equal(run, value, other, depth - 1)? {
             return Ok(false);
         }
     }
@@ -155,24 +154,24 @@ fn equal_dicts(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<b
 /// Order of two values; none where they have none, as with numbers that are none. Fails for other types.
 pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Option<Ordering>> {
     if depth == 0 {
-        return fail(TOO_DEEP);
+        return run.memory.fail(TOO_DEEP);
     }
-    if let (Some(a), Some(b)) = (number(a), number(b)) {
+    if let (Some(a), Some(b)) = (number(&run.memory, a), number(&run.memory, b)) {
         return Ok(order_numbers(a, b));
     }
-    match (a, b) {
-        (Value::Str(a), Value::Str(b)) => return Ok(Some(run.memory.bytes(a).cmp(run.memory.bytes(b)))),
-        (Value::Undefined(name), _) | (_, Value::Undefined(name)) => return Err(undefined(&run.memory, name)),
-        _ => {}
+    if let (Some(a), Some(b)) = (a.text(), b.text()) {
+        return Ok(Some(run.memory.bytes(a).cmp(run.memory.bytes(b))));
+    }
+    if a.is_undefined() || b.is_undefined() {
+        return Err(wrong(&run.memory, NO_KEY, if a.is_undefined() { a } else { b }));
     }
     if sequence(a).is_none() || sequence(a) != sequence(b) {
-        let words: Words = match (a, b) {
-            (Value::Str(_), _) | (_, Value::Str(_)) => {
-                &"a string and this have no order: make a number of the string with |int or |float"
-            }
-            _ => &"these have no order: compare numbers with numbers and strings with strings",
+        let words: Words = if a.text().is_some() || b.text().is_some() {
+            &"a string and this have no order: make a number of the string with |int or |float"
+        } else {
+            &"these have no order: compare numbers with numbers and strings with strings"
         };
-        let subject = if matches!(a, Value::Str(_)) { b } else { a };
+        let subject = if a.text().is_some() { b } else { a };
         return Err(Fault::of(&run.memory, words, subject.kind()));
     }
     let (length, other) = (run.length(a).unwrap_or(0), run.length(b).unwrap_or(0));
@@ -187,26 +186,26 @@ pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Opt
 
 /// Whether a value is in a list, in a string, or a key of a dict.
 pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bool> {
-    match holder {
-        Value::Str(text) => {
-            let Value::Str(part) = value else {
+    match holder.view() {
+        View::Str(text) => {
+            let View::Str(part) = value.view() else {
                 return Err(wrong(&run.memory, &"only a string can be in a string: put |string behind it", value));
             };
             Ok(crate::chars::find(run.memory.text(text), run.memory.text(part), 0).is_some())
         }
-        Value::Map(Map::Dict, head) => {
+        View::Map(Map::Dict, head) => {
             if !is_hashable(run, value) {
                 return Err(wrong(&run.memory, NO_KEY, value));
             }
             Ok(run.find(head, value)?.is_some())
         }
-        Value::Object(object) if matches!(object.kind, Kind::Lookup | Kind::Dict) => match value {
-            Value::Str(name) => Ok(run.member(object, name)?.is_some()),
+        View::Object(object) if matches!(object.kind, Kind::Lookup | Kind::Dict) => match value.view() {
+            View::Str(name) => Ok(run.member(object, name)?.is_some()),
             _ if object.kind == Kind::Dict && !is_hashable(run, value) => Err(wrong(&run.memory, NO_KEY, value)),
             _ => Ok(false),
         },
-        Value::Range(at) if number(value).is_some() => {
-            let whole = match number(value) {
+        View::Range(at) if number(&run.memory, value).is_some() => {
+            let whole = match number(&run.memory, value) {
                 Some(Number::Int(int)) => int,
                 Some(Number::Float(float)) if float as i64 as f64 == float => float as i64,
                 _ => return Ok(false),
@@ -230,14 +229,14 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
 
 /// Whether a value can be the key of a dict.
 pub fn is_hashable(run: &Run<'_, '_>, value: Value) -> bool {
-    match value {
-        Value::Map(Map::Dict, _) | Value::Seq(Seq::List | Seq::Keys | Seq::Items, _) => false,
-        Value::Object(object) => matches!(object.kind, Kind::Lookup | Kind::Tuple),
-        Value::Seq(Seq::Tuple, head) => {
+    match value.view() {
+        View::Map(Map::Dict, _) | View::Seq(Seq::List | Seq::Keys | Seq::Items, _) => false,
+        View::Object(object) => matches!(object.kind, Kind::Lookup | Kind::Tuple),
+        View::Seq(Seq::Tuple, head) => {
             let block = run.memory.block(head);
             let is_plain = |index| {
                 let part = run.memory.value(block.data + index * crate::value::SIZE);
-                !matches!(part, Value::Map(..) | Value::Seq(Seq::List, _))
+                !matches!(part.view(), View::Map(..) | View::Seq(Seq::List, _))
             };
             (0..block.len).all(is_plain)
         }

@@ -3,19 +3,19 @@
 use super::{Run, wrong};
 use crate::digits::{Integer, Shortest};
 use crate::environment::Kind;
-use crate::fault::{Result, fail};
+use crate::fault::Result;
 use crate::memory::{Memory, Text};
-use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value};
+use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View};
 
 impl Run<'_, '_> {
     /// A value as text, as it is written.
     pub fn text_of(&mut self, value: Value) -> Result<Text> {
-        if let Value::Str(text) = value {
+        if let View::Str(text) = value.view() {
             return Ok(text);
         }
         let value = self.settle(value, DEEPEST)?;
         let from = self.memory.top;
-        if !matches!(value, Value::Undefined(_)) {
+        if !matches!(value.view(), View::Undefined(_)) {
             self.write_repr(value, DEEPEST)?;
         }
         Ok(self.memory.text_since(from))
@@ -32,23 +32,26 @@ impl Run<'_, '_> {
     /// Appends a value, which is all in memory, to what grows.
     pub fn write_repr(&mut self, value: Value, depth: u8) -> Result<()> {
         if depth == 0 {
-            return fail(TOO_DEEP);
+            return self.memory.fail(TOO_DEEP);
         }
-        match value {
-            Value::Undefined(_) => self.memory.push_bytes(b"Undefined"),
-            Value::None => self.memory.push_bytes(b"None"),
-            Value::Bool(is) => self.memory.push_bytes(if is { b"True" } else { b"False" }),
-            Value::Int(int) => write_int(&mut self.memory, int),
-            Value::Float(float) => write_float(&mut self.memory, float),
-            Value::Str(text) => self.write_quoted(text),
-            Value::Seq(Seq::Once, _) => {
-                fail(&"the result of a filter has to be made a list first: put |list behind it")
+        match value.view() {
+            View::Undefined(_) => self.memory.push_bytes(b"Undefined"),
+            View::None => self.memory.push_bytes(b"None"),
+            View::Bool(is) => self.memory.push_bytes(if is { b"True" } else { b"False" }),
+            View::Int(_) | View::Long(_) => {
+                let int = self.memory.whole(value).unwrap_or(0);
+                write_int(&mut self.memory, int)
             }
-            Value::Seq(kind, head) => self.write_seq(kind, head, depth),
-            Value::Map(kind, head) => self.write_map(kind, head, depth),
-            Value::Range(at) => self.write_range(at),
-            Value::Object(object) if object.kind != Kind::Lookup => fail(TOO_DEEP),
-            Value::Object(_) | Value::Function(_) | Value::Method | Value::Loop(_) => {
+            View::Float(float) => write_float(&mut self.memory, float),
+            View::Str(text) => self.write_quoted(text),
+            View::Seq(Seq::Once, _) => {
+                self.memory.fail(&"the result of a filter has to be made a list first: put |list behind it")
+            }
+            View::Seq(kind, head) => self.write_seq(kind, head, depth),
+            View::Map(kind, head) => self.write_map(kind, head, depth),
+            View::Range(at) => self.write_range(at),
+            View::Object(object) if object.kind != Kind::Lookup => self.memory.fail(TOO_DEEP),
+            View::Object(_) | View::Function(_) | View::Method | View::Loop(_) => {
                 Err(wrong(&self.memory, &"this has no text: write one of its members", value))
             }
         }
@@ -68,7 +71,7 @@ impl Run<'_, '_> {
             if index > 0 {
                 self.memory.push_bytes(b", ")?;
             }
-            let element = self.element(Value::Seq(kind, head), index)?;
+            let element = self.element(Value::seq(kind, head), index)?;
             self.write_repr(element, depth - 1)?;
         }
         if kind == Seq::Tuple && length == 1 {
@@ -86,7 +89,7 @@ impl Run<'_, '_> {
             if index > 0 {
                 self.memory.push_bytes(b", ")?;
             }
-            let (key, value) = self.entry(Value::Map(kind, head), index)?;
+            let (key, value) = self.entry(Value::map(kind, head), index)?;
             self.write_repr(key, depth - 1)?;
             self.memory.push_bytes(b": ")?;
             self.write_repr(value, depth - 1)?;
@@ -113,7 +116,7 @@ impl Run<'_, '_> {
         let quote = if has(b'\'') && !has(b'"') { '"' } else { '\'' };
         self.memory.push_char(quote)?;
         let mut at = 0;
-        while let Some(char) = self.memory.text(text.part(at, usize::MAX)).chars().next() {
+        while let Some(char) = self.memory.text(text.rest(at)).chars().next() {
             at += char.len_utf8();
             match char {
                 '\n' => self.memory.push_bytes(b"\\n")?,

@@ -2,9 +2,9 @@
 
 use super::Run;
 use crate::chars;
-use crate::fault::{Result, fail};
+use crate::fault::Result;
 use crate::memory::Text;
-use crate::value::{SIZE, Seq, Value};
+use crate::value::{SIZE, Seq, Value, View};
 
 impl Run<'_, '_> {
     /// Two strings as one. A string at the end of memory is not copied.
@@ -12,7 +12,7 @@ impl Run<'_, '_> {
         let from = self.memory.top;
         self.memory.push_text(a)?;
         self.memory.push_text(b)?;
-        Ok(Value::Str(self.memory.text_since(from)))
+        Ok(Value::str(self.memory.text_since(from)))
     }
 
     /// A string with each of its characters changed, which is told its place.
@@ -20,19 +20,19 @@ impl Run<'_, '_> {
         let from = self.memory.top;
         let mut at = 0;
         let mut before = ' ';
-        while let Some(char) = self.memory.text(text.part(at, usize::MAX)).chars().next() {
+        while let Some(char) = self.memory.text(text.rest(at)).chars().next() {
             self.memory.push_char(change(at, before, char))?;
             at += char.len_utf8();
             before = char;
         }
-        Ok(Value::Str(self.memory.text_since(from)))
+        Ok(Value::str(self.memory.text_since(from)))
     }
 
     /// A string in upper case.
     pub fn upper(&mut self, text: Text) -> Result<Value> {
         if chars::find(self.memory.text(text), "ß", 0).is_some() {
             let (sharp, double) = (self.memory.copy_in("ß")?, self.memory.copy_in("SS")?);
-            if let Value::Str(text) = self.replace(text, sharp, double, -1)? {
+            if let View::Str(text) = self.replace(text, sharp, double, -1)?.view() {
                 return self.change(text, |_, _, char| chars::upper(char));
             }
         }
@@ -68,7 +68,7 @@ impl Run<'_, '_> {
     /// A string with parts replaced, at most so many.
     pub fn replace(&mut self, text: Text, old: Text, new: Text, most: i64) -> Result<Value> {
         let from = self.memory.top;
-        let length = usize::from(text.len);
+        let length = text.len();
         let mut left = if most < 0 { i64::MAX } else { most };
         let mut at = 0;
         while left > 0
@@ -77,9 +77,9 @@ impl Run<'_, '_> {
         {
             self.memory.push_text(text.part(at, found))?;
             self.memory.push_text(new)?;
-            at = found + usize::from(old.len);
+            at = found + old.len();
             left -= 1;
-            if old.len == 0 {
+            if old.len() == 0 {
                 let next = self.memory.text(text.part(found, length)).chars().next();
                 let Some(char) = next else {
                     at = length + 1;
@@ -90,14 +90,14 @@ impl Run<'_, '_> {
             }
         }
         self.memory.push_text(text.part(at.min(length), length))?;
-        Ok(Value::Str(self.memory.text_since(from)))
+        Ok(Value::str(self.memory.text_since(from)))
     }
 
     /// Parts of a string between separators, at most so many and the rest.
     pub fn split(&mut self, text: Text, separator: Option<Text>, most: i64) -> Result<Value> {
         let Some(separator) = separator else { return self.split_blanks(text, most) };
-        if separator.len == 0 {
-            return fail(&"a string cannot be split by an empty one: give the text between its parts");
+        if separator.len() == 0 {
+            return self.memory.fail(&"a string cannot be split by an empty one: give the text between its parts");
         }
         let head = self.memory.new_block(0, SIZE)?;
         let mut left = if most < 0 { i64::MAX } else { most };
@@ -105,34 +105,34 @@ impl Run<'_, '_> {
         while left > 0
             && let Some(found) = self.position(text, separator, at)
         {
-            self.append(head, Value::Str(text.part(at, found)))?;
-            at = found + usize::from(separator.len);
+            self.append(head, Value::str(text.part(at, found)))?;
+            at = found + separator.len();
             left -= 1;
         }
-        self.append(head, Value::Str(text.part(at, usize::MAX)))?;
-        Ok(Value::Seq(Seq::List, head))
+        self.append(head, Value::str(text.rest(at)))?;
+        Ok(Value::seq(Seq::List, head))
     }
 
     fn split_blanks(&mut self, text: Text, most: i64) -> Result<Value> {
         let head = self.memory.new_block(0, SIZE)?;
         let mut left = if most < 0 { i64::MAX } else { most };
         let mut rest = self.strip(text, None, (true, false));
-        while rest.len > 0 {
+        while rest.len() > 0 {
             let string = self.memory.text(rest);
             let end = if left > 0 { string.find(chars::is_blank).unwrap_or(string.len()) } else { string.len() };
             let part = if left > 0 { rest.part(0, end) } else { self.strip(rest, None, (false, true)) };
-            self.append(head, Value::Str(part))?;
-            rest = self.strip(rest.part(end, usize::MAX), None, (true, false));
+            self.append(head, Value::str(part))?;
+            rest = self.strip(rest.rest(end), None, (true, false));
             left -= 1;
         }
-        Ok(Value::Seq(Seq::List, head))
+        Ok(Value::seq(Seq::List, head))
     }
 
     /// Lines of a string.
     pub fn split_lines(&mut self, text: Text) -> Result<Value> {
         let head = self.memory.new_block(0, SIZE)?;
         let mut rest = text;
-        while rest.len > 0 {
+        while rest.len() > 0 {
             let string = self.memory.text(rest);
             let end =
                 string.find(['\n', '\r', '\x0b', '\x0c', '\x1c', '\x1d', '\x1e', '\u{85}', '\u{2028}', '\u{2029}']);
@@ -145,10 +145,10 @@ impl Run<'_, '_> {
                     (end, end + width)
                 }
             };
-            self.append(head, Value::Str(rest.part(0, end)))?;
-            rest = rest.part(next, usize::MAX);
+            self.append(head, Value::str(rest.part(0, end)))?;
+            rest = rest.rest(next);
         }
-        Ok(Value::Seq(Seq::List, head))
+        Ok(Value::seq(Seq::List, head))
     }
 
     /// A string with blanks or other characters on its sides until it is so wide.
@@ -157,7 +157,7 @@ impl Run<'_, '_> {
         (0..left).try_for_each(|_| self.memory.push_char(fill))?;
         self.memory.push_text(text)?;
         (0..right).try_for_each(|_| self.memory.push_char(fill))?;
-        Ok(Value::Str(self.memory.text_since(from)))
+        Ok(Value::str(self.memory.text_since(from)))
     }
 
     /// Texts of the elements of a value with another text between them.
@@ -169,13 +169,13 @@ impl Run<'_, '_> {
                 joined = self.memory.extend(joined, between)?;
             }
             let element = self.element(values, index)?;
-            if is_strict && !matches!(element, Value::Str(_)) {
+            if is_strict && !matches!(element.view(), View::Str(_)) {
                 return Err(super::wrong(&self.memory, &"only strings can be joined so: use the filter join", element));
             }
             let text = self.text_of(element)?;
             joined = if index == 0 { self.memory.copy_text(text)? } else { self.memory.extend(joined, text)? };
         }
         self.use_up(values);
-        Ok(Value::Str(joined))
+        Ok(Value::str(joined))
     }
 }
