@@ -3,7 +3,7 @@
 use crate::fault::{Fault, Result};
 use crate::memory::{Text, Use};
 use crate::run::{Run, wrong};
-use crate::value::{Value, View};
+use crate::value::Value;
 
 /// Most arguments that have names.
 const MOST: usize = 4;
@@ -42,7 +42,7 @@ impl Arguments {
                 Use::SpreadNamed => {
                     for part in 0..run.iterate(value)? {
                         let (key, part) = run.entry(value, part)?;
-                        let View::Str(key) = key.view() else { return Err(run.memory.fault(&"names of arguments are strings")) };
+                        let Some(key) = key.text() else { return Err(run.memory.fault(&"names of arguments are strings")) };
                         // Names have their length before them, as the strings of the template.
                         run.memory.push_word(key.len() as u16)?;
                         let name = run.memory.copy_text(key)?;

@@ -7,7 +7,7 @@ use crate::memory::Text;
 use crate::methods;
 use crate::names::Function;
 use crate::run::Run;
-use crate::value::{Map, Value, View};
+use crate::value::{Map, Value};
 
 /// Result of a function.
 pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<Value> {
@@ -42,7 +42,7 @@ fn act(run: &mut Run<'_, '_>, action: Action, message: Option<Value>) -> Result<
 
 fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value> {
     let map = run.map(kind, arguments.count)?;
-    if let View::Map(_, head) = map.view() {
+    if let Some(head) = map.head() {
         methods::dicts::fill(run, head, arguments)?;
     }
     Ok(map)

@@ -71,29 +71,71 @@ pub enum View {
     Loop(u16),
 }
 
-const UNDEFINED: u32 = 1;
-const NONE: u32 = 2;
-const BOOL: u32 = 3;
-const STR: u32 = 4;
-const SEQ: u32 = 5;
-const MAP: u32 = 6;
-const RANGE: u32 = 7;
-const OBJECT: u32 = 8;
-const FUNCTION: u32 = 9;
-const METHOD: u32 = 10;
-const LOOP: u32 = 11;
-const LONG: u32 = 12;
+/// Tags of values in memory, and sets of them: one bit for each.
+pub mod tag {
+    pub const UNDEFINED: u32 = 1;
+    pub const NONE: u32 = 2;
+    pub const BOOL: u32 = 3;
+    pub const STR: u32 = 4;
+    pub const RANGE: u32 = 5;
+    pub const FUNCTION: u32 = 6;
+    pub const METHOD: u32 = 7;
+    pub const LOOP: u32 = 8;
+    pub const LONG: u32 = 9;
+    /// Sequences in memory, by their kinds.
+    pub const SEQ: u32 = 10;
+    /// Tables in memory, by their kinds.
+    pub const MAP: u32 = 16;
+    /// Objects of the machine's, by their kinds.
+    pub const OBJECT: u32 = 18;
+    /// Numbers, which have no tag in memory.
+    pub const INT: u32 = 22;
+    pub const FLOAT: u32 = 23;
+}
+
+/// Types of values, one bit for each.
+pub mod types {
+    use super::tag;
+
+    pub const UNDEFINED: u32 = 1 << tag::UNDEFINED;
+    pub const NONE: u32 = 1 << tag::NONE;
+    pub const BOOL: u32 = 1 << tag::BOOL;
+    pub const INT: u32 = 1 << tag::INT | 1 << tag::LONG;
+    pub const FLOAT: u32 = 1 << tag::FLOAT;
+    pub const NUMBER: u32 = BOOL | INT | FLOAT;
+    pub const STR: u32 = 1 << tag::STR;
+    pub const RANGE: u32 = 1 << tag::RANGE;
+    pub const CALLABLE: u32 = 1 << tag::FUNCTION | 1 << tag::METHOD;
+    pub const LOOP: u32 = 1 << tag::LOOP;
+    /// Lists and tuples, in memory and of the machine's.
+    pub const LIST: u32 = 1 << tag::SEQ | 1 << (tag::OBJECT + 2);
+    pub const TUPLE: u32 = 1 << (tag::SEQ + 1) | 1 << (tag::OBJECT + 3);
+    /// What a dict's `keys`, `values` and `items` give.
+    pub const VIEW: u32 = 7 << (tag::SEQ + 2);
+    pub const VALUES: u32 = 1 << (tag::SEQ + 3);
+    pub const ONCE: u32 = 1 << (tag::SEQ + 5);
+    pub const SEQ: u32 = 0x3f << tag::SEQ;
+    /// Dicts, in memory and of the machine's.
+    pub const DICT: u32 = 1 << tag::MAP | 1 << (tag::OBJECT + 1);
+    pub const NAMESPACE: u32 = 1 << (tag::MAP + 1);
+    /// Lists, tuples, views, dicts and namespaces in memory.
+    pub const IN_MEMORY: u32 = SEQ | 3 << tag::MAP;
+    pub const LOOKUP: u32 = 1 << tag::OBJECT;
+    /// Everything of the machine's.
+    pub const OBJECT: u32 = 0xf << tag::OBJECT;
+    /// What has elements by number.
+    pub const INDEXED: u32 = STR | LIST | TUPLE | RANGE;
+}
+
 const INT: u32 = 0x1_0000;
 const FLOAT: u32 = 0x2_0000;
 
-const SEQS: [Seq; 6] = [Seq::List, Seq::Tuple, Seq::Keys, Seq::Values, Seq::Items, Seq::Once];
-const KINDS: [Kind; 4] = [Kind::Lookup, Kind::Dict, Kind::List, Kind::Tuple];
 
 impl Value {
-    pub const NONE: Self = Self::new(NONE, 0);
-    pub const METHOD: Self = Self::new(METHOD, 0);
+    pub const NONE: Self = Self::new(tag::NONE, 0);
+    pub const METHOD: Self = Self::new(tag::METHOD, 0);
     /// What is not there and has no name.
-    pub const MISSING: Self = Self::new(UNDEFINED, 0);
+    pub const MISSING: Self = Self::new(tag::UNDEFINED, 0);
 
     const fn new(high: u32, low: u32) -> Self {
         let high = match NonZeroU32::new(high) {
@@ -114,11 +156,11 @@ impl Value {
     }
 
     pub fn undefined(name: Text) -> Self {
-        Self::new(UNDEFINED, name.bits())
+        Self::new(tag::UNDEFINED, name.bits())
     }
 
     pub fn bool(is: bool) -> Self {
-        Self::new(BOOL, u32::from(is))
+        Self::new(tag::BOOL, u32::from(is))
     }
 
     /// A whole number of up to 48 bits; none if it is longer.
@@ -138,7 +180,7 @@ impl Value {
 
     /// A longer whole number, by its place in memory.
     pub fn long(at: usize) -> Self {
-        Self::new(LONG, at as u32)
+        Self::new(tag::LONG, at as u32)
     }
 
     pub fn float(float: f64) -> Self {
@@ -147,31 +189,46 @@ impl Value {
     }
 
     pub fn str(text: Text) -> Self {
-        Self::new(STR, text.bits())
+        Self::new(tag::STR, text.bits())
     }
 
     pub fn seq(kind: Seq, head: u16) -> Self {
-        Self::new(SEQ | (kind as u32) << 8, u32::from(head))
+        Self::new(tag::SEQ + kind as u32, u32::from(head))
     }
 
     pub fn map(kind: Map, head: u16) -> Self {
-        Self::new(MAP | (kind as u32) << 8, u32::from(head))
+        Self::new(tag::MAP + kind as u32, u32::from(head))
     }
 
     pub fn range(at: usize) -> Self {
-        Self::new(RANGE, at as u32)
+        Self::new(tag::RANGE, at as u32)
     }
 
     pub fn object(object: Object) -> Self {
-        Self::new(OBJECT | (object.kind as u32) << 8, object.id)
+        Self::new(tag::OBJECT + object.kind as u32, object.id)
     }
 
     pub fn function(number: u8) -> Self {
-        Self::new(FUNCTION, u32::from(number))
+        Self::new(tag::FUNCTION, u32::from(number))
     }
 
     pub fn turns(place: usize) -> Self {
-        Self::new(LOOP, place as u32)
+        Self::new(tag::LOOP, place as u32)
+    }
+
+    /// Tag of the value.
+    pub fn tag(self) -> u32 {
+        match self.high.get() {
+            tag @ ..INT => tag,
+            INT..FLOAT => tag::INT,
+            _ => tag::FLOAT,
+        }
+    }
+
+    /// Whether the value is of one of some types.
+    #[inline(never)]
+    pub fn is(self, types: u32) -> bool {
+        types >> self.tag() & 1 != 0
     }
 
     /// What the value is.
@@ -179,83 +236,72 @@ impl Value {
     pub fn view(self) -> View {
         let (low, high) = (self.low, self.high.get());
         let place = low as u16;
-        if high >= FLOAT {
-            return View::Float(f64::from_bits(u64::from(high - FLOAT) << 32 | u64::from(low)));
-        }
-        if high >= INT {
-            return View::Int(i64::from(high as i16) << 32 | i64::from(low));
-        }
-        let kind = usize::from((high >> 8) as u8);
-        match high & 0xff {
-            UNDEFINED => View::Undefined(Text::from_bits(low)),
-            BOOL => View::Bool(low != 0),
-            STR => View::Str(Text::from_bits(low)),
-            SEQ => View::Seq(SEQS.get(kind).copied().unwrap_or(Seq::Once), place),
-            MAP => View::Map(if kind == 0 { Map::Dict } else { Map::Namespace }, place),
-            RANGE => View::Range(place),
-            OBJECT => View::Object(Object { id: low, kind: KINDS.get(kind).copied().unwrap_or(Kind::Tuple) }),
-            FUNCTION => View::Function(low as u8),
-            METHOD => View::Method,
-            LOOP => View::Loop(place),
-            LONG => View::Long(place),
+        let object = |kind| View::Object(Object { id: low, kind });
+        match high {
+            FLOAT.. => View::Float(f64::from_bits(u64::from(high - FLOAT) << 32 | u64::from(low))),
+            INT.. => View::Int(i64::from(high as i16) << 32 | i64::from(low)),
+            tag::UNDEFINED => View::Undefined(Text::from_bits(low)),
+            tag::BOOL => View::Bool(low != 0),
+            tag::STR => View::Str(Text::from_bits(low)),
+            tag::RANGE => View::Range(place),
+            tag::FUNCTION => View::Function(low as u8),
+            tag::METHOD => View::Method,
+            tag::LOOP => View::Loop(place),
+            tag::LONG => View::Long(place),
+            10 => View::Seq(Seq::List, place),
+            11 => View::Seq(Seq::Tuple, place),
+            12 => View::Seq(Seq::Keys, place),
+            13 => View::Seq(Seq::Values, place),
+            14 => View::Seq(Seq::Items, place),
+            15 => View::Seq(Seq::Once, place),
+            16 => View::Map(Map::Dict, place),
+            17 => View::Map(Map::Namespace, place),
+            18 => object(Kind::Lookup),
+            19 => object(Kind::Dict),
+            20 => object(Kind::List),
+            21 => object(Kind::Tuple),
             _ => View::None,
         }
     }
 
     pub fn is_undefined(self) -> bool {
-        self.high.get() == UNDEFINED
+        self.high.get() == tag::UNDEFINED
     }
 
     pub fn is_none(self) -> bool {
-        self.high.get() == NONE
+        self.high.get() == tag::NONE
     }
 
     /// The text that the value is.
     pub fn text(self) -> Option<Text> {
-        (self.high.get() == STR).then(|| Text::from_bits(self.low))
+        (self.high.get() == tag::STR).then(|| Text::from_bits(self.low))
     }
 
-    /// Whether the value is a result that can be gone through once.
-    pub fn is_once(self) -> bool {
-        self.high.get() == SEQ | (Seq::Once as u32) << 8
+    /// Name of what is not there.
+    pub fn missing_name(self) -> Text {
+        Text::from_bits(self.low)
     }
 
     /// Head of the list, dict or view in memory that the value is.
     pub fn head(self) -> Option<u16> {
-        matches!(self.high.get() & !0xff00, SEQ | MAP).then_some(self.low as u16)
+        self.is(types::IN_MEMORY).then_some(self.low as u16)
+    }
+
+    /// The machine's object that the value is.
+    pub fn as_object(self) -> Option<Object> {
+        if let View::Object(object) = self.view() { Some(object) } else { None }
     }
 
     /// Whether the value lies in memory behind a place, so that it has to be kept.
     pub fn lies_behind(self, keep: usize, pool: usize) -> bool {
         let at = usize::from(self.low as u16);
-        let has_place = matches!(self.high.get() & !0xff00, STR | SEQ | MAP | RANGE | LONG);
-        has_place && at >= keep && at < pool
+        self.is(types::IN_MEMORY | types::STR | types::RANGE | 1 << tag::LONG) && at >= keep && at < pool
     }
 
     /// Name of the value's type, as Python calls it.
     pub fn kind(self) -> &'static str {
-        match self.view() {
-            View::Undefined(_) => "undefined",
-            View::None => "none",
-            View::Bool(_) => "bool",
-            View::Int(_) | View::Long(_) => "int",
-            View::Float(_) => "float",
-            View::Str(_) => "str",
-            View::Seq(Seq::List, _) => "list",
-            View::Seq(Seq::Tuple, _) => "tuple",
-            View::Seq(Seq::Keys | Seq::Values | Seq::Items, _) => "view of a dict",
-            View::Seq(Seq::Once, _) => "result of a filter",
-            View::Map(Map::Dict, _) => "dict",
-            View::Map(Map::Namespace, _) => "namespace",
-            View::Range(_) => "range",
-            View::Object(object) => match object.kind {
-                Kind::Lookup => "object",
-                Kind::Dict => "dict",
-                Kind::List => "list",
-                Kind::Tuple => "tuple",
-            },
-            View::Function(_) | View::Method => "function",
-            View::Loop(_) => "loop",
-        }
+        const NAMES: &str = "undefined none bool str range function function loop int list tuple view view view \
+                             iterator dict namespace object dict list tuple int float";
+        NAMES.split(' ').nth(self.tag() as usize - 1).unwrap_or_default()
     }
 }

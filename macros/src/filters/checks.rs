@@ -5,12 +5,11 @@ use core::cmp::Ordering;
 use crate::arguments::{Arguments, needed};
 use crate::chars;
 use crate::code::Op;
-use crate::environment::Kind;
 use crate::fault::Result;
 use crate::names::{self, Test};
-use crate::run::order::{contains, equal, number, order};
+use crate::run::order::{contains, equal, order};
 use crate::run::{Run, numbers};
-use crate::value::{DEEPEST, Map, Seq, Value, View};
+use crate::value::{DEEPEST, Value, View, types, tag};
 
 /// Whether a test holds.
 pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments) -> Result<bool> {
@@ -19,21 +18,21 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
     Ok(match test {
         Test::Defined => !matches!(value.view(), View::Undefined(_)),
         Test::Undefined => matches!(value.view(), View::Undefined(_)),
-        Test::None => matches!(value.view(), View::None),
+        Test::None => value.is_none(),
         Test::Boolean => matches!(value.view(), View::Bool(_)),
-        Test::False => matches!(value.view(), View::Bool(false)),
-        Test::True => matches!(value.view(), View::Bool(true)),
+        Test::False => value.words() == Value::bool(false).words(),
+        Test::True => value.words() == Value::bool(true).words(),
         Test::Integer => matches!(value.view(), View::Int(_)),
         Test::Float => matches!(value.view(), View::Float(_)),
-        Test::Number => number(&run.memory, value).is_some(),
+        Test::Number => value.is(types::NUMBER),
         Test::Text => matches!(value.view(), View::Str(_)),
-        Test::Mapping => is_mapping(value),
-        Test::Sequence => is_sequence(value),
+        Test::Mapping => value.is(types::DICT),
+        Test::Sequence => value.is(types::INDEXED | types::DICT | types::UNDEFINED),
         Test::Iterable => run.is_iterable(value),
         Test::Callable => matches!(value.view(), View::Function(_) | View::Method),
         Test::Escaped => false,
         Test::IsFilter | Test::Known => {
-            let View::Str(name) = value.view() else { return Ok(false) };
+            let Some(name) = value.text() else { return Ok(false) };
             let name = run.memory.text(name);
             if test == Test::IsFilter { names::filter(name).is_some() } else { names::test(name).is_some() }
         }
@@ -43,9 +42,9 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
         }
         Test::Odd | Test::Even | Test::DivisibleBy => {
             let divisor = if test == Test::DivisibleBy { needed(run, first)? } else { Value::small(2) };
-            let rest = match value.view() {
-                View::Str(text) => crate::format::percent(run, text, divisor)?,
-                _ => numbers::calculate(run, Op::Modulo, value, divisor)?,
+            let rest = match value.text() {
+                Some(text) => crate::format::percent(run, text, divisor)?,
+                None => numbers::calculate(run, Op::Modulo, value, divisor)?,
             };
             equal(run, rest, Value::small(i32::from(test == Test::Odd)), DEEPEST)?
         }
@@ -65,33 +64,9 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
     })
 }
 
-fn is_mapping(value: Value) -> bool {
-    match value.view() {
-        View::Map(Map::Dict, _) => true,
-        View::Object(object) => object.kind == Kind::Dict,
-        _ => false,
-    }
-}
-
-fn is_sequence(value: Value) -> bool {
-    match value.view() {
-        View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Map(Map::Dict, _) | View::Range(_) => true,
-        View::Object(object) => object.kind != Kind::Lookup,
-        View::Undefined(_) => true,
-        _ => false,
-    }
-}
-
+/// Whether two values are one: lists and dicts by their places, and no real numbers.
 fn same(value: Value, other: Value) -> bool {
-    match (value.view(), other.view()) {
-        (View::None, View::None) => true,
-        (View::Bool(a), View::Bool(b)) => a == b,
-        (View::Int(a), View::Int(b)) => a == b,
-        (View::Str(a), View::Str(b)) => a == b,
-        (View::Seq(_, a), View::Seq(_, b)) | (View::Map(_, a), View::Map(_, b)) => a == b,
-        (View::Object(a), View::Object(b)) => a == b,
-        _ => false,
-    }
+    value.words() == other.words() && !value.is(types::FLOAT | types::RANGE | 1 << tag::LONG | types::CALLABLE)
 }
 
 /// Whether a text has letters, and all are in upper or in lower case.

@@ -50,7 +50,7 @@ fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Va
     let Some(attribute) = attribute else { return run.memory.fail(&"map wants the name of a filter, or attribute=") };
     let found = path_of(run, element, attribute)?;
     let is_missing = matches!(found.view(), View::Undefined(_));
-    Ok(default.filter(|default| is_missing && !matches!(default.view(), View::None)).unwrap_or(found))
+    Ok(default.filter(|default| is_missing && !default.is_none()).unwrap_or(found))
 }
 
 fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Arguments) -> Result<bool> {

@@ -11,12 +11,12 @@ pub use checks::{check, has_case};
 
 use crate::arguments::{Arguments, text, whole};
 use crate::digits;
-use crate::fault::{Fault, Result};
+use crate::fault::Result;
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, undefined, wrong};
-use crate::value::{Value, View};
+use crate::value::{Value, View, types};
 
 /// Result of a filter.
 pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Arguments) -> Result<Value> {
@@ -43,7 +43,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
         Filter::Attr => attribute(run, value, first),
         Filter::Pprint => pretty::pretty(run, value),
         Filter::Length => match run.length(value) {
-            Some(length) if !matches!(value.view(), View::Seq(crate::value::Seq::Once, _)) && is_sized(value) => {
+            Some(length) if !value.is(types::ONCE | types::LOOKUP) => {
                 Ok(Value::count(length))
             }
             _ => Err(wrong(&run.memory, &"this has no length: a list, dict or string has", value)),
@@ -59,10 +59,6 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
         }
         _ => sequences::apply(run, filter, value, [first, second, third]),
     }
-}
-
-fn is_sized(value: Value) -> bool {
-    !matches!(value.view(), View::Object(object) if object.kind == crate::environment::Kind::Lookup)
 }
 
 fn absolute(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
@@ -162,10 +158,7 @@ fn round_integer(run: &mut Run<'_, '_>, int: i64, precision: i32) -> Result<Valu
 /// `value|attr("name")`: an attribute, and no member of a dict.
 fn attribute(run: &mut Run<'_, '_>, value: Value, name: Option<Value>) -> Result<Value> {
     let name = text(run, name)?;
-    match value.view() {
-        View::Map(crate::value::Map::Namespace, _) | View::Loop(_) => run.attribute(value, name),
-        _ => Ok(Value::undefined(name)),
-    }
+    if value.is(types::NAMESPACE | types::LOOP) { run.attribute(value, name) } else { Ok(Value::undefined(name)) }
 }
 
 fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
@@ -176,7 +169,7 @@ fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<V
     }
     let values = if positions == 0 && arguments.count > 0 {
         let map = run.map(crate::value::Map::Dict, arguments.count)?;
-        let View::Map(_, head) = map.view() else { return Ok(map) };
+        let Some(head) = map.head() else { return Ok(map) };
         for index in 0..arguments.count {
             if let Some((name, value)) = arguments.named(run, index) {
                 run.put(head, Value::str(name), value)?;

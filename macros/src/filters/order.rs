@@ -4,12 +4,11 @@ use core::cmp::Ordering;
 
 use super::sequences::{pairs, path_of};
 use crate::arguments::Bound;
-use crate::environment::Kind;
 use crate::fault::Result;
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, order, wrong};
-use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View};
+use crate::value::{DEEPEST, SIZE, Seq, Value, types};
 
 /// Rule by which elements are compared.
 #[derive(Clone, Copy, Debug)]
@@ -78,8 +77,8 @@ impl Rule {
     }
 
     fn fold(self, run: &mut Run<'_, '_>, key: Value) -> Result<Value> {
-        match key.view() {
-            View::Str(text) if !self.minds_case => run.lower(text),
+        match key.text() {
+            Some(text) if !self.minds_case => run.lower(text),
             _ => Ok(key),
         }
     }
@@ -106,7 +105,7 @@ fn extreme(run: &mut Run<'_, '_>, value: Value, rule: Rule, is_greatest: bool) -
 
 /// Sorts a list in its place: equal elements keep their order.
 fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Result<Value> {
-    let View::Seq(_, head) = list.view() else { return Ok(list) };
+    let Some(head) = list.head() else { return Ok(list) };
     let block = run.memory.block(head);
     let at = |index: usize| block.data + index * SIZE;
     let wanted = if is_reverse { Ordering::Greater } else { Ordering::Less };
@@ -132,12 +131,7 @@ fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Res
 }
 
 fn sort_dict(run: &mut Run<'_, '_>, value: Value, rule: Rule, by: Option<Value>, is_reverse: bool) -> Result<Value> {
-    let is_dict = match value.view() {
-        View::Map(Map::Dict, _) => true,
-        View::Object(object) => object.kind == Kind::Dict,
-        _ => false,
-    };
-    if !is_dict {
+    if !value.is(types::DICT) {
         return Err(wrong(&run.memory, &"dictsort wants a dict", value));
     }
     let index = match by.map_or(&b"key"[..], |by| run.memory.bytes(by.text().unwrap_or_default())) {

@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 
 use crate::fault::Result;
 use crate::run::{Run, order};
-use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View, types};
 
 /// Columns of a line.
 const WIDTH: usize = 80;
@@ -26,7 +26,7 @@ fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
     match value.view() {
         View::Map(Map::Dict, head) => {
             let map = run.map(Map::Dict, run.memory.block(head).len)?;
-            let View::Map(_, sorted) = map.view() else { return Ok(map) };
+            let Some(sorted) = map.head() else { return Ok(map) };
             for index in 0..run.memory.block(head).len {
                 let (key, part) = run.entry(value, index)?;
                 let part = arrange(run, part, depth - 1)?;
@@ -56,7 +56,7 @@ fn move_up(run: &mut Run<'_, '_>, map: Value, head: u16, last: usize) -> Result<
         let (before, _) = run.entry(map, place - 1)?;
         // Keys without an order among them go by the names of their types; that of `None` has a capital.
         let order = order::order(run, key, before, DEEPEST).unwrap_or_else(|_| {
-            let name = |value: Value| (!matches!(value.view(), View::None), value.kind());
+            let name = |value: Value| (!value.is_none(), value.kind());
             Some(name(key).cmp(&name(before)))
         });
         if order != Some(Ordering::Less) {
@@ -75,18 +75,20 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
     let from = run.memory.top;
     run.write_repr(value, depth)?;
     let width = crate::chars::count(run.memory.text(run.memory.text_since(from)));
-    let length = match value.view() {
-        View::Map(Map::Dict, head) | View::Seq(Seq::List | Seq::Tuple, head) => run.memory.block(head).len,
+    let length = match value.head() {
+        Some(head) if value.is(types::DICT | types::LIST | types::TUPLE) => run.memory.block(head).len,
         _ => 0,
     };
     if width + column + after <= WIDTH || length == 0 {
         return Ok(());
     }
     run.memory.top = from;
-    let (begin, end) = match value.view() {
-        View::Map(..) => ("{", "}"),
-        View::Seq(Seq::Tuple, _) => ("(", if length == 1 { ",)" } else { ")" }),
-        _ => ("[", "]"),
+    let (begin, end) = if value.is(types::DICT) {
+        ("{", "}")
+    } else if value.is(types::TUPLE) {
+        ("(", if length == 1 { ",)" } else { ")" })
+    } else {
+        ("[", "]")
     };
     run.memory.push_bytes(begin.as_bytes())?;
     for index in 0..length {
@@ -96,7 +98,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
         }
         let after = if index + 1 == length { after + end.len() } else { 1 };
         let mut start = column + 1;
-        let part = if let View::Map(..) = value.view() {
+        let part = if value.is(types::DICT) {
             let (key, part) = run.entry(value, index)?;
             let from = run.memory.top;
             run.write_repr(key, depth - 1)?;

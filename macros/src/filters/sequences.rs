@@ -2,12 +2,11 @@
 
 use crate::arguments::{needed, whole};
 use crate::code::Op;
-use crate::environment::Kind;
 use crate::fault::Result;
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, numbers, wrong};
-use crate::value::{Map, SIZE, Seq, Value, View};
+use crate::value::{SIZE, Seq, Value, View, types};
 
 /// Result of a filter of lists and dicts.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option<Value>; 3]) -> Result<Value> {
@@ -63,7 +62,7 @@ fn attributes(run: &mut Run<'_, '_>, values: Value, path: Value) -> Result<Value
 
 /// The value at the end of a path with points: names, and numbers as indices.
 pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value> {
-    let View::Str(path) = path.view() else { return run.item(value, path) };
+    let Some(path) = path.text() else { return run.item(value, path) };
     let mut value = value;
     let mut rest = path;
     loop {
@@ -91,7 +90,7 @@ fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<V
     for index in 0..run.iterate(value)? {
         let mut element = run.element(value, index)?;
         if let Some(path) = path
-            && !matches!(path.view(), View::None)
+            && !path.is_none()
         {
             element = path_of(run, element, path)?;
         }
@@ -102,12 +101,7 @@ fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<V
 }
 
 fn random(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
-    let is_sequence = match value.view() {
-        View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Range(_) => true,
-        View::Object(object) => matches!(object.kind, Kind::List | Kind::Tuple),
-        _ => false,
-    };
-    if !is_sequence {
+    if !value.is(types::INDEXED) {
         return Err(wrong(&run.memory, &"random wants a list: put |list before it", value));
     }
     match run.iterate(value)? {
@@ -121,7 +115,7 @@ fn random(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 
 fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     let length = run.iterate(value)?;
-    if let View::Str(text) = value.view() {
+    if let Some(text) = value.text() {
         let from = run.memory.top;
         for index in (0..length).rev() {
             let part = run.character(text, index);
@@ -151,19 +145,14 @@ pub fn pairs(run: &mut Run<'_, '_>, value: Value) -> Result<u16> {
 }
 
 fn items(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
-    let is_dict = match value.view() {
-        View::Map(Map::Dict, _) | View::Undefined(_) => true,
-        View::Object(object) => object.kind == Kind::Dict,
-        _ => false,
-    };
-    if !is_dict {
+    if !value.is(types::DICT | types::UNDEFINED) {
         return Err(wrong(&run.memory, &"items wants a dict", value));
     }
     pairs(run, value).map(|head| Value::seq(Seq::Once, head))
 }
 
 fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
-    let fill = fill.filter(|fill| !matches!(fill.view(), View::None));
+    let fill = fill.filter(|fill| !fill.is_none());
     let all = run.memory.new_block(0, SIZE)?;
     let length = run.iterate(value)?;
     let mut index = 0;
@@ -189,7 +178,7 @@ fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -
 }
 
 fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
-    let fill = fill.filter(|fill| !matches!(fill.view(), View::None));
+    let fill = fill.filter(|fill| !fill.is_none());
     let length = run.iterate(value)? as i64;
     let all = run.memory.new_block(0, SIZE)?;
     let Some((each, extra)) = numbers::divided(length, count) else {

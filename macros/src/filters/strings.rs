@@ -6,7 +6,7 @@ use crate::fault::Result;
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, wrong};
-use crate::value::{Value, View};
+use crate::value::Value;
 
 /// Result of a filter of strings.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound) -> Result<Value> {
@@ -59,7 +59,7 @@ pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Resu
 }
 
 fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Value>; 3]) -> Result<Value> {
-    let View::Str(text) = value.view() else { return Err(wrong(&run.memory, &"indent wants a string", value)) };
+    let Some(text) = value.text() else { return Err(wrong(&run.memory, &"indent wants a string", value)) };
     let width = width.unwrap_or(Value::small(4));
     let indention = match width.text() {
         Some(text) => text,
@@ -78,10 +78,7 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
         let line = if run.length(lines) == Some(0) {
             Text::default()
         } else {
-            match run.element(lines, index)?.view() {
-                View::Str(line) => line,
-                _ => Text::default(),
-            }
+            run.element(lines, index)?.text().unwrap_or_default()
         };
         if index > 0 {
             run.memory.push_byte(b'\n')?;
@@ -108,7 +105,7 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value>
         None => run.str("...")?,
         Some(end) => end,
     };
-    let View::Str(end) = end.view() else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
+    let Some(end) = end.text() else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
     let rest = length - crate::chars::count(run.memory.text(end)) as i64;
     if rest < 0 || leeway < 0 {
         return run.memory.fail(&"the length for truncate is shorter than its end");
@@ -116,7 +113,7 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value>
     if run.length(value).is_some_and(|count| count as i64 <= length + leeway) {
         return Ok(value);
     }
-    let View::Str(text) = value.view() else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
+    let Some(text) = value.text() else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
     let string = run.memory.text(text);
     let cut = string.char_indices().nth(rest as usize).map_or(string.len(), |(at, _)| at);
     let mut kept = text.part(0, cut);

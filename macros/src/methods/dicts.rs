@@ -50,7 +50,7 @@ fn parts(run: &mut Run<'_, '_>, dict: Value, kind: Seq) -> Result<Value> {
 
 fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
     let map = run.map(Map::Dict, 0)?;
-    if let View::Map(_, head) = map.view() {
+    if let Some(head) = map.head() {
         run.put_all(head, dict)?;
     }
     Ok(map)
@@ -59,7 +59,7 @@ fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
 /// Methods that change the dict.
 fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
-    let View::Map(_, head) = dict.view() else { return Err(fixed(run)) };
+    let Some(head) = dict.head() else { return Err(fixed(run)) };
     let block = run.memory.block(head);
     match name {
         "__setitem__" => {
@@ -98,7 +98,7 @@ fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Resu
 
 /// `dict.update(...)`: from another dict, from pairs, and by names.
 pub fn update(run: &mut Run<'_, '_>, dict: Value, arguments: Arguments) -> Result<Value> {
-    let View::Map(_, head) = dict.view() else { return Err(fixed(run)) };
+    let Some(head) = dict.head() else { return Err(fixed(run)) };
     fill(run, head, arguments)?;
     run.keep();
     Ok(Value::NONE)

@@ -10,7 +10,7 @@ use crate::value::{Seq, Value, View};
 
 /// Result of `text.format(...)`.
 pub fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
-    let View::Str(text) = value.view() else { return run.memory.fail(&"only strings have format") };
+    let Some(text) = value.text() else { return run.memory.fail(&"only strings have format") };
     crate::format::braces(run, text, &arguments)
 }
 
@@ -119,12 +119,12 @@ fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, mo
     }
     let mut end = 0;
     for index in 0..=extra {
-        if let View::Str(part) = run.element(all, index as usize)?.view() {
+        if let Some(part) = run.element(all, index as usize)?.text() {
             end = part.at() + part.len() - text.at();
         }
     }
     let list = run.seq(Seq::List, &[Value::str(text.part(0, end))])?;
-    let View::Seq(_, head) = list.view() else { return Ok(list) };
+    let Some(head) = list.head() else { return Ok(list) };
     for index in extra + 1..=extra + most {
         let part = run.element(all, index as usize)?;
         run.append(head, part)?;

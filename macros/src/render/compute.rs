@@ -7,7 +7,7 @@ use crate::code::Op;
 use crate::fault::Result;
 use crate::run::order::{Number, contains, equal, number, order};
 use crate::run::{Run, numbers, wrong};
-use crate::value::{DEEPEST, Value, View};
+use crate::value::{DEEPEST, Value};
 
 /// Whether a comparison holds.
 pub fn compare(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<bool> {

@@ -65,7 +65,7 @@ impl Machine<'_, '_> {
         if !value.lies_behind(memory.keep, memory.pool) {
             return value;
         }
-        if let View::Str(text) = value.view() {
+        if let Some(text) = value.text() {
             let moved = memory.move_down(text, memory.keep);
             memory.keep += moved.len();
             memory.top = memory.keep;

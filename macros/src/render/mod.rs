@@ -233,7 +233,7 @@ impl Machine<'_, '_> {
         let first = self.run.memory.depth().saturating_sub(places);
         let value = if op == Op::Dict {
             let map = self.run.map(Map::Dict, count)?;
-            let View::Map(_, head) = map.view() else { return Ok(()) };
+            let Some(head) = map.head() else { return Ok(()) };
             for index in 0..count {
                 let [key, value] = [0, 1].map(|offset| self.run.memory.at(first + 2 * index + offset));
                 self.run.put(head, key, value)?;

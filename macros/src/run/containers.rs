@@ -4,7 +4,7 @@ use super::{Run, order, wrong};
 use crate::environment::Kind;
 use crate::fault::{Fault, Result};
 use crate::memory::Text;
-use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View};
+use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View, types};
 
 /// Places on the stack that a loop has: what it goes through, where it is, and the loop around it.
 pub const LOOP_PLACES: usize = 4;
@@ -54,10 +54,8 @@ impl Run<'_, '_> {
 
     /// Copies all entries of a dict into another.
     pub fn put_all(&mut self, head: u16, from: Value) -> Result<()> {
-        match from.view() {
-            View::Map(Map::Dict, _) => {}
-            View::Object(object) if object.kind == Kind::Dict => {}
-            _ => return self.put_pairs(head, from),
+        if !from.is(types::DICT) {
+            return self.put_pairs(head, from);
         }
         for index in 0..self.length(from).unwrap_or(0) {
             let (key, value) = self.entry(from, index)?;
@@ -87,7 +85,7 @@ impl Run<'_, '_> {
             }
             View::Object(object) => {
                 let key = self.part(object, index)?;
-                let View::Str(name) = key.view() else { return Ok((key, Value::NONE)) };
+                let Some(name) = key.text() else { return Ok((key, Value::NONE)) };
                 let value = self.member(object, name)?;
                 Ok((key, value.unwrap_or(Value::NONE)))
             }
@@ -126,7 +124,7 @@ impl Run<'_, '_> {
             Kind::Lookup => Ok(value),
             Kind::Dict => {
                 let map = self.map(Map::Dict, length)?;
-                let View::Map(_, head) = map.view() else { return Ok(map) };
+                let Some(head) = map.head() else { return Ok(map) };
                 for index in 0..length {
                     let (key, part) = self.entry(value, index)?;
                     let part = self.settle(part, depth - 1)?;
@@ -156,7 +154,7 @@ impl Run<'_, '_> {
         for index in 0..self.memory.block(head).len {
             let at = self.memory.block(head).data + index * size + offset;
             let part = self.memory.value(at);
-            if let View::Object(_) | View::Seq(..) | View::Map(..) = part.view() {
+            if part.is(types::OBJECT | types::IN_MEMORY) {
                 let settled = self.settle(part, depth - 1)?;
                 self.memory.set_value(at, settled);
                 if matches!(part.view(), View::Object(_)) && at < self.memory.keep {

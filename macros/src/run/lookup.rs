@@ -1,10 +1,11 @@
 //! Lengths, elements, attributes and subscripts.
 
-use super::{Run, undefined, wrong};
+use super::{Run, order, undefined, wrong};
+use crate::arguments::whole;
 use crate::environment::Kind;
 use crate::fault::{Result, Words};
 use crate::memory::Text;
-use crate::value::{Map, SIZE, Seq, Value, View};
+use crate::value::{Map, SIZE, Seq, Value, View, types};
 
 /// Words about a value that cannot be gone through.
 pub const NOT_ITERABLE: Words = &"this cannot be gone through: a list, dict, string or range can";
@@ -60,16 +61,8 @@ impl Run<'_, '_> {
 
     /// Whether a value can be gone through.
     pub fn is_iterable(&self, value: Value) -> bool {
-        matches!(
-            value.view(),
-            View::Undefined(_)
-                | View::Str(_)
-                | View::Seq(..)
-                | View::Map(Map::Dict, _)
-                | View::Range(_)
-                | View::Object(_)
-                | View::Loop(_)
-        )
+        let types = types::UNDEFINED | types::STR | types::SEQ | types::DICT | types::RANGE | types::OBJECT | types::LOOP;
+        value.is(types)
     }
 
     /// Number of elements of what is gone through; a fault where it cannot be.
@@ -130,44 +123,30 @@ impl Run<'_, '_> {
 
     /// Element of a value by its key: `value[key]`.
     pub fn item(&mut self, value: Value, key: Value) -> Result<Value> {
-        let name = if let View::Str(text) = key.view() { text } else { Text::default() };
-        match value.view() {
-            View::Undefined(missing) => return Err(undefined(&self.memory, missing)),
-            View::Map(Map::Dict, head) => {
-                if super::order::is_hashable(self, key)
-                    && let Some(at) = self.find(head, key)?
-                {
-                    return Ok(self.memory.value(at + SIZE));
-                }
-            }
-            View::Object(object) => match (object.kind, key.view()) {
-                (Kind::Lookup | Kind::Dict, View::Str(name)) => {
-                    if let Some(found) = self.kept_member(object, name)? {
-                        return Ok(found);
-                    }
-                }
-                (Kind::List | Kind::Tuple, _) => return self.element_at(value, key),
-                _ => {}
-            },
-            View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Range(_)
-                if !matches!(key.view(), View::Str(_)) =>
-            {
-                return self.element_at(value, key);
-            }
-            _ => {}
+        if value.is_undefined() {
+            return Err(undefined(&self.memory, value.missing_name()));
         }
-        if let View::Str(name) = key.view() { self.attribute(value, name) } else { Ok(Value::undefined(name)) }
+        if let View::Map(Map::Dict, head) = value.view()
+            && order::is_hashable(self, key)
+            && let Some(at) = self.find(head, key)?
+        {
+            return Ok(self.memory.value(at + SIZE));
+        }
+        let Some(name) = key.text() else {
+            return if value.is(types::INDEXED) { self.element_at(value, key) } else { Ok(Value::MISSING) };
+        };
+        if value.is(types::LOOKUP | types::DICT)
+            && let Some(object) = value.as_object()
+            && let Some(found) = self.kept_member(object, name)?
+        {
+            return Ok(found);
+        }
+        self.attribute(value, name)
     }
 
     /// Element of a sequence by number, from its end if negative.
     fn element_at(&mut self, value: Value, key: Value) -> Result<Value> {
-        let index = match key.view() {
-            View::Str(name) => return self.attribute(value, name),
-            _ => match self.memory.whole(key) {
-                Some(index) => index,
-                None => return Ok(Value::MISSING),
-            },
-        };
+        let Some(index) = self.memory.whole(key) else { return Ok(Value::MISSING) };
         let length = self.length(value).unwrap_or(0) as i64;
         let index = if index < 0 { index.saturating_add(length) } else { index };
         if index < 0 || index >= length {
@@ -178,12 +157,7 @@ impl Run<'_, '_> {
 
     /// A part of a sequence: `value[from:to:step]`.
     pub fn slice(&mut self, value: Value, bounds: [Value; 3]) -> Result<Value> {
-        let is_sequence = match value.view() {
-            View::Str(_) | View::Seq(Seq::List | Seq::Tuple, _) | View::Range(_) => true,
-            View::Object(object) => matches!(object.kind, Kind::List | Kind::Tuple),
-            _ => false,
-        };
-        if !is_sequence {
+        if !value.is(types::INDEXED) {
             return Err(wrong(&self.memory, &"this has no slices: a list, tuple or string has", value));
         }
         let length = self.length(value).unwrap_or(0) as i64;
@@ -205,17 +179,12 @@ impl Run<'_, '_> {
     }
 
     fn bound(&self, bound: Value) -> Result<Option<i64>> {
-        match bound.view() {
-            View::None => Ok(None),
-            View::Int(index) => Ok(Some(index)),
-            View::Bool(is) => Ok(Some(i64::from(is))),
-            _ => Err(wrong(&self.memory, &"the bounds of a slice are whole numbers", bound)),
-        }
+        if bound.is_none() { Ok(None) } else { whole(self, bound).map(Some) }
     }
 
     fn copy_slice(&mut self, value: Value, from: i64, to: i64, step: i64) -> Result<Value> {
         let is_on = |index: i64| if step > 0 { index < to } else { index > to };
-        if let View::Str(text) = value.view() {
+        if let Some(text) = value.text() {
             let start = self.memory.top;
             let mut index = from;
             while is_on(index) {
@@ -225,11 +194,7 @@ impl Run<'_, '_> {
             }
             return Ok(Value::str(self.memory.text_since(start)));
         }
-        let kind = match value.view() {
-            View::Seq(kind, _) => kind,
-            View::Object(object) if object.kind == Kind::Tuple => Seq::Tuple,
-            _ => Seq::List,
-        };
+        let kind = if value.is(types::TUPLE) { Seq::Tuple } else { Seq::List };
         let head = self.memory.new_block(0, SIZE)?;
         let mut index = from;
         while is_on(index) {

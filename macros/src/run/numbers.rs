@@ -3,10 +3,9 @@
 use super::order::{Number, number};
 use super::{Run, wrong};
 use crate::code::Op;
-use crate::environment::Kind;
 use crate::fault::{Fault, Result, Words};
 use crate::memory::Memory;
-use crate::value::{Seq, Value, View};
+use crate::value::{Seq, Value, types};
 
 const OVERFLOW: Words = &"the result is beyond 64 bits: calculate with a point, as in 1.0";
 const BY_ZERO: Words = &"nothing can be divided by zero";
@@ -129,7 +128,7 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
     match (kind, sequence_kind(b)) {
         (Some(kind), Some(other)) if kind == other => {
             let sum = run.list_of(kind, a)?;
-            let View::Seq(_, head) = sum.view() else { return Ok(sum) };
+            let Some(head) = sum.head() else { return Ok(sum) };
             for index in 0..run.iterate(b)? {
                 let element = run.element(b, index)?;
                 run.append(head, element)?;
@@ -147,12 +146,10 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
 
 /// Whether a value is a list or tuple, and which.
 pub fn sequence_kind(value: Value) -> Option<Seq> {
-    match value.view() {
-        View::Seq(kind @ (Seq::List | Seq::Tuple), _) => Some(kind),
-        View::Object(object) if object.kind == Kind::List => Some(Seq::List),
-        View::Object(object) if object.kind == Kind::Tuple => Some(Seq::Tuple),
-        _ => None,
+    if value.is(types::LIST) {
+        return Some(Seq::List);
     }
+    value.is(types::TUPLE).then_some(Seq::Tuple)
 }
 
 fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
@@ -161,7 +158,7 @@ fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
         (Some(count), _) => (b, count),
         _ => return Err(no_number(&run.memory, a, b)),
     };
-    if let View::Str(text) = value.view() {
+    if let Some(text) = value.text() {
         let from = run.memory.top;
         if text.len() > 0 {
             (0..count).try_for_each(|_| run.memory.push_text(text))?;

@@ -2,11 +2,11 @@
 
 use core::cmp::Ordering;
 
-use super::{Run, undefined, wrong};
+use super::{Run, wrong};
 use crate::environment::Kind;
 use crate::fault::{Fault, Result, Words};
 use crate::memory::Memory;
-use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View};
+use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View, types, tag};
 
 /// Words about a value that a dict cannot have as a key.
 pub const NO_KEY: Words = &"this cannot be the key of a dict";
@@ -58,28 +58,6 @@ fn order_mixed(a: i64, b: f64) -> Option<Ordering> {
     Some(a.cmp(&(whole as i64)).then(rest))
 }
 
-/// A list or tuple as both memory and machine may have it: whether it is a tuple.
-fn sequence(value: Value) -> Option<bool> {
-    match value.view() {
-        View::Seq(Seq::List, _) => Some(false),
-        View::Seq(Seq::Tuple, _) => Some(true),
-        View::Object(object) => match object.kind {
-            Kind::List => Some(false),
-            Kind::Tuple => Some(true),
-            Kind::Lookup | Kind::Dict => None,
-        },
-        _ => None,
-    }
-}
-
-fn is_dict(value: Value) -> bool {
-    match value.view() {
-        View::Map(Map::Dict, _) => true,
-        View::Object(object) => object.kind == Kind::Dict,
-        _ => false,
-    }
-}
-
 /// Whether two values are equal.
 pub fn equal(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<bool> {
     if depth == 0 {
@@ -88,22 +66,20 @@ pub fn equal(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<boo
     if let (Some(a), Some(b)) = (number(&run.memory, a), number(&run.memory, b)) {
         return Ok(order_numbers(a, b) == Some(Ordering::Equal));
     }
-    if let (Some(is_tuple), Some(other)) = (sequence(a), sequence(b)) {
-        return if is_tuple == other { equal_elements(run, a, b, depth) } else { Ok(false) };
+    if let (Some(a), Some(b)) = (a.text(), b.text()) {
+        return Ok(run.memory.bytes(a) == run.memory.bytes(b));
     }
-    if is_dict(a) && is_dict(b) {
+    let are = |types| a.is(types) && b.is(types);
+    if are(types::LIST) || are(types::TUPLE) {
+        return equal_elements(run, a, b, depth);
+    }
+    if are(types::DICT) {
         return equal_dicts(run, a, b, depth);
     }
-    Ok(match (a.view(), b.view()) {
-        (View::Undefined(_), View::Undefined(_)) | (View::None, View::None) => true,
-        (View::Str(a), View::Str(b)) => run.memory.bytes(a) == run.memory.bytes(b),
-        (View::Range(_), View::Range(_)) => equal_ranges(run, a, b)?,
-        (View::Seq(kind, a), View::Seq(other, b)) => kind == other && a == b,
-        (View::Map(kind, a), View::Map(other, b)) => kind == other && a == b,
-        (View::Function(a), View::Function(b)) => a == b,
-        (View::Object(a), View::Object(b)) => a == b,
-        _ => false,
-    })
+    if are(types::RANGE) {
+        return equal_ranges(run, a, b);
+    }
+    Ok(are(types::UNDEFINED) || a.words() == b.words() && !a.is(types::LOOP | 1 << tag::METHOD))
 }
 
 fn equal_elements(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<bool> {
@@ -165,7 +141,8 @@ pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Opt
     if a.is_undefined() || b.is_undefined() {
         return Err(wrong(&run.memory, NO_KEY, if a.is_undefined() { a } else { b }));
     }
-    if sequence(a).is_none() || sequence(a) != sequence(b) {
+    let are = |types| a.is(types) && b.is(types);
+    if !are(types::LIST) && !are(types::TUPLE) {
         let words: Words = if a.text().is_some() || b.text().is_some() {
             &"a string and this have no order: make a number of the string with |int or |float"
         } else {
@@ -188,7 +165,7 @@ pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Opt
 pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bool> {
     match holder.view() {
         View::Str(text) => {
-            let View::Str(part) = value.view() else {
+            let Some(part) = value.text() else {
                 return Err(wrong(&run.memory, &"only a string can be in a string: put |string behind it", value));
             };
             Ok(crate::chars::find(run.memory.text(text), run.memory.text(part), 0).is_some())
@@ -236,7 +213,7 @@ pub fn is_hashable(run: &Run<'_, '_>, value: Value) -> bool {
             let block = run.memory.block(head);
             let is_plain = |index| {
                 let part = run.memory.value(block.data + index * crate::value::SIZE);
-                !matches!(part.view(), View::Map(..) | View::Seq(Seq::List, _))
+                !part.is(types::DICT | types::NAMESPACE | types::LIST)
             };
             (0..block.len).all(is_plain)
         }

@@ -10,7 +10,7 @@ use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View};
 impl Run<'_, '_> {
     /// A value as text, as it is written.
     pub fn text_of(&mut self, value: Value) -> Result<Text> {
-        if let View::Str(text) = value.view() {
+        if let Some(text) = value.text() {
             return Ok(text);
         }
         let value = self.settle(value, DEEPEST)?;

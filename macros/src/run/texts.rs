@@ -32,7 +32,7 @@ impl Run<'_, '_> {
     pub fn upper(&mut self, text: Text) -> Result<Value> {
         if chars::find(self.memory.text(text), "ß", 0).is_some() {
             let (sharp, double) = (self.memory.copy_in("ß")?, self.memory.copy_in("SS")?);
-            if let View::Str(text) = self.replace(text, sharp, double, -1)?.view() {
+            if let Some(text) = self.replace(text, sharp, double, -1)?.text() {
                 return self.change(text, |_, _, char| chars::upper(char));
             }
         }
