@@ -89,11 +89,11 @@ impl Arguments {
     }
 
     /// The arguments in the order of the callee's names, which stand behind each other with blanks.
-    pub fn bind(self, run: &Run<'_, '_>, names: &'static str) -> Result<Bound> {
+    pub fn bind(self, run: &Run<'_, '_>, names: &'static [u8]) -> Result<Bound> {
         let mut bound = Bound::default();
         let positions = self.positions(run);
         let mut used = 0;
-        for (index, name) in names.as_bytes().split(|byte| *byte == b' ').filter(|name| !name.is_empty()).enumerate() {
+        for (index, name) in names.split(|byte| *byte == b' ').filter(|name| !name.is_empty()).enumerate() {
             let value = if index < positions { Some(run.memory.at(self.first + index)) } else { self.word(run, name) };
             used += usize::from(value.is_some());
             if let Some(place) = bound.get_mut(index) {
@@ -101,7 +101,7 @@ impl Arguments {
             }
         }
         if used < self.count {
-            return Err(Fault::of(&run.memory, &"there are more arguments than these, or one has another name", names));
+            return Err(Fault::of(&run.memory, &"there are more arguments than these, or one has another name", core::str::from_utf8(names).unwrap_or_default()));
         }
         Ok(bound)
     }

@@ -5,14 +5,14 @@ use crate::environment::Action;
 use crate::fault::{Fault, Result, Words};
 use crate::memory::Text;
 use crate::methods;
-use crate::names::Function;
+use crate::names::{Function, parameters};
 use crate::run::Run;
 use crate::value::{Map, Value};
 
 /// Result of a function.
 pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<Value> {
-    let Some((function, names)) = Function::from_number(number) else { return run.memory.fail(&"there is no such function") };
-    match function {
+    let names = parameters(Function::NAMES, number);
+    match Function::from_number(number) {
         Function::Range => range(run, arguments, names),
         Function::Dict => fill(run, Map::Dict, arguments),
         Function::Namespace => fill(run, Map::Namespace, arguments),
@@ -48,7 +48,7 @@ fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value>
     Ok(map)
 }
 
-fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static str) -> Result<Value> {
+fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static [u8]) -> Result<Value> {
     if arguments.positions(run) < arguments.count {
         return run.memory.fail(&"range takes its numbers without names");
     }

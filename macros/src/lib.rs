@@ -22,7 +22,6 @@ mod functions;
 mod lexer;
 mod literal;
 mod memory;
-mod method_names;
 mod methods;
 mod names;
 mod parser;

@@ -6,15 +6,15 @@ use crate::arguments::{Arguments, needed};
 use crate::chars;
 use crate::code::Op;
 use crate::fault::Result;
-use crate::names::{self, Test};
+use crate::names::{Filter, Test, find, parameters};
 use crate::run::order::{contains, equal, order};
 use crate::run::{Run, numbers};
 use crate::value::{DEEPEST, Value, View, types, tag};
 
 /// Whether a test holds.
 pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments) -> Result<bool> {
-    let Some((test, parameters)) = Test::from_number(test) else { return run.memory.fail(&"there is no such test") };
-    let [first, ..] = arguments.bind(run, parameters)?;
+    let [first, ..] = arguments.bind(run, parameters(Test::NAMES, test))?;
+    let test = Test::from_number(test);
     Ok(match test {
         Test::Defined => !matches!(value.view(), View::Undefined(_)),
         Test::Undefined => matches!(value.view(), View::Undefined(_)),
@@ -33,8 +33,8 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
         Test::Escaped => false,
         Test::IsFilter | Test::Known => {
             let Some(name) = value.text() else { return Ok(false) };
-            let name = run.memory.text(name);
-            if test == Test::IsFilter { names::filter(name).is_some() } else { names::test(name).is_some() }
+            let table = if test == Test::IsFilter { Filter::NAMES } else { Test::NAMES };
+            find(table, run.memory.bytes(name)).is_some()
         }
         Test::Lower | Test::Upper => {
             let text = run.text_of(value)?;

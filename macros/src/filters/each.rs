@@ -5,7 +5,7 @@ use super::{apply as apply_filter, check};
 use crate::arguments::Arguments;
 use crate::fault::{Fault, Result};
 use crate::memory::Text;
-use crate::names::{self, Filter};
+use crate::names::{self, Filter, Test};
 use crate::run::Run;
 use crate::value::{SIZE, Seq, Value, View};
 
@@ -37,16 +37,15 @@ fn name(run: &Run<'_, '_>, arguments: Arguments) -> Result<Option<Text>> {
 
 fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Value> {
     if let Some(name) = name(run, arguments)? {
-        let Some(number) = names::filter(run.memory.text(name)) else {
+        let Some(number) = names::find(Filter::NAMES, run.memory.bytes(name)) else {
             return Err(Fault::about(&run.memory, &"there is no filter of this name", name));
         };
-        let (map, select) = (names::filter("map"), names::filter("select"));
-        if Some(number) == map || Some(number) == select {
+        if number == Filter::Map as u8 || number == Filter::Select as u8 {
             return run.memory.fail(&"map cannot take map or select: use a loop");
         }
         return apply_filter(run, number, element, arguments.rest());
     }
-    let [attribute, default, ..] = arguments.bind(run, "attribute default")?;
+    let [attribute, default, ..] = arguments.bind(run, b"attribute default")?;
     let Some(attribute) = attribute else { return run.memory.fail(&"map wants the name of a filter, or attribute=") };
     let found = path_of(run, element, attribute)?;
     let is_missing = matches!(found.view(), View::Undefined(_));
@@ -63,7 +62,7 @@ fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Argu
     let holds = match name(run, arguments)? {
         None => run.truth(subject),
         Some(name) => {
-            let Some(number) = names::test(run.memory.text(name)) else {
+            let Some(number) = names::find(Test::NAMES, run.memory.bytes(name)) else {
                 return Err(Fault::about(&run.memory, &"there is no test of this name", name));
             };
             check(run, number, subject, arguments.rest())?

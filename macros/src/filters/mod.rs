@@ -13,15 +13,16 @@ use crate::arguments::{Arguments, text, whole};
 use crate::digits;
 use crate::fault::Result;
 use crate::memory::Text;
-use crate::names::Filter;
+use crate::names::{Filter, parameters};
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, undefined, wrong};
 use crate::value::{Value, View, types};
 
 /// Result of a filter.
 pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Arguments) -> Result<Value> {
-    let Some((filter, names)) = Filter::from_number(number) else { return run.memory.fail(&"there is no such filter") };
-    if names == "*" {
+    let filter = Filter::from_number(number);
+    let names = parameters(Filter::NAMES, number);
+    if names == b"*" {
         return match filter {
             Filter::Format => format(run, value, arguments),
             _ => each::apply(run, filter, value, arguments),

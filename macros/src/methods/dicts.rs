@@ -3,26 +3,27 @@
 use crate::arguments::{Arguments, Bound, needed};
 use crate::fault::Result;
 use crate::memory::Block;
+use crate::names::OfDict;
 use crate::run::containers::fixed;
 use crate::run::{Run, order, wrong};
 use crate::value::{Map, SIZE, Seq, Value, View};
 
 /// Result of a method of a dict.
-pub fn call(run: &mut Run<'_, '_>, dict: Value, name: &'static str, bound: &Bound) -> Result<Value> {
+pub fn call(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
-    match name {
-        "get" => Ok(member(run, dict, needed(run, first)?)?.unwrap_or(second.unwrap_or(Value::NONE))),
-        "__getitem__" => match member(run, dict, needed(run, first)?)? {
+    match method {
+        OfDict::Get => Ok(member(run, dict, needed(run, first)?)?.unwrap_or(second.unwrap_or(Value::NONE))),
+        OfDict::Item => match member(run, dict, needed(run, first)?)? {
             Some(value) => Ok(value),
             None => run.memory.fail(&"the dict has no such key: use get"),
         },
-        "__contains__" => order::contains(run, needed(run, first)?, dict).map(Value::bool),
-        "__len__" => Ok(Value::count(run.length(dict).unwrap_or(0))),
-        "keys" => parts(run, dict, Seq::Keys),
-        "values" => parts(run, dict, Seq::Values),
-        "items" => crate::filters::sequences::pairs(run, dict).map(|head| Value::seq(Seq::Items, head)),
-        "copy" => copy(run, dict),
-        _ => change(run, dict, name, bound),
+        OfDict::Contains => order::contains(run, needed(run, first)?, dict).map(Value::bool),
+        OfDict::Length => Ok(Value::count(run.length(dict).unwrap_or(0))),
+        OfDict::Keys => parts(run, dict, Seq::Keys),
+        OfDict::Values => parts(run, dict, Seq::Values),
+        OfDict::Items => crate::filters::sequences::pairs(run, dict).map(|head| Value::seq(Seq::Items, head)),
+        OfDict::Copy => copy(run, dict),
+        _ => change(run, dict, method, bound),
     }
 }
 
@@ -57,16 +58,16 @@ fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
 }
 
 /// Methods that change the dict.
-fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Result<Value> {
+fn change(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
     let Some(head) = dict.head() else { return Err(fixed(run)) };
     let block = run.memory.block(head);
-    match name {
-        "__setitem__" => {
+    match method {
+        OfDict::Set => {
             run.put_kept(head, needed(run, first)?, needed(run, second)?)?;
             Ok(Value::NONE)
         }
-        "setdefault" => {
+        OfDict::SetDefault => {
             let (key, default) = (needed(run, first)?, second.unwrap_or(Value::NONE));
             if let Some(value) = member(run, dict, key)? {
                 return Ok(value);
@@ -74,11 +75,11 @@ fn change(run: &mut Run<'_, '_>, dict: Value, name: &str, bound: &Bound) -> Resu
             run.put_kept(head, key, default)?;
             Ok(default)
         }
-        "clear" => {
+        OfDict::Clear => {
             run.memory.set_block(head, Block { len: 0, ..block });
             Ok(Value::NONE)
         }
-        "popitem" => {
+        OfDict::PopItem => {
             let Some(last) = block.len.checked_sub(1) else { return run.memory.fail(&"the dict is empty") };
             let (key, value) = run.entry(dict, last)?;
             run.memory.set_block(head, Block { len: last, ..block });

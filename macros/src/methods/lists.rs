@@ -3,18 +3,19 @@
 use crate::arguments::{Bound, needed, whole};
 use crate::fault::{Result, Words};
 use crate::memory::Block;
+use crate::names::OfList;
 use crate::run::containers::fixed;
 use crate::run::{Run, order};
 use crate::value::{DEEPEST, SIZE, Seq, Value, View};
 
 /// Result of a method of a list or tuple.
-pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Bound) -> Result<Value> {
+pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
-    match name {
-        "index" | "count" => return search(run, list, needed(run, first)?, name == "count"),
-        "copy" => return run.list_of(Seq::List, list),
-        "__len__" => return Ok(Value::count(run.length(list).unwrap_or(0))),
-        "__getitem__" => {
+    match method {
+        OfList::Index | OfList::Count => return search(run, list, needed(run, first)?, method == OfList::Count),
+        OfList::Copy => return run.list_of(Seq::List, list),
+        OfList::Length => return Ok(Value::count(run.length(list).unwrap_or(0))),
+        OfList::Get => {
             let key = needed(run, first)?;
             let element = run.item(list, key)?;
             return if element.is_undefined() { run.memory.fail(NO_ELEMENT) } else { Ok(element) };
@@ -23,9 +24,9 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Boun
     }
     let View::Seq(Seq::List, head) = list.view() else { return Err(fixed(run)) };
     let block = run.memory.block(head);
-    match name {
-        "append" => append(run, head, needed(run, first)?)?,
-        "extend" => {
+    match method {
+        OfList::Append => append(run, head, needed(run, first)?)?,
+        OfList::Extend => {
             let more = needed(run, first)?;
             for index in 0..run.iterate(more)? {
                 let element = run.element(more, index)?;
@@ -33,18 +34,18 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Boun
             }
             run.use_up(more);
         }
-        "insert" => {
+        OfList::Insert => {
             let (at, value) = (place(run, whole(run, needed(run, first)?)?, block.len, true)?, needed(run, second)?);
             append(run, head, value)?;
             let data = run.memory.block(head).data;
             run.memory.rotate(data + at * SIZE, data + (block.len + 1) * SIZE, (block.len - at) * SIZE);
         }
-        "pop" => return remove_at(run, head, whole(run, first.unwrap_or(Value::small(-1)))?),
-        "remove" => {
+        OfList::Pop => return remove_at(run, head, whole(run, first.unwrap_or(Value::small(-1)))?),
+        OfList::Remove => {
             let View::Int(at) = search(run, list, needed(run, first)?, false)?.view() else { return Ok(Value::NONE) };
             remove_at(run, head, at)?;
         }
-        "reverse" => {
+        OfList::Reverse => {
             for index in 0..block.len / 2 {
                 let places = [index, block.len - 1 - index].map(|index| block.data + index * SIZE);
                 let [a, b] = places.map(|at| run.memory.value(at));
@@ -52,8 +53,8 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, name: &'static str, bound: &Boun
                 run.memory.set_value(places[1], a);
             }
         }
-        "clear" => run.memory.set_block(head, Block { len: 0, ..block }),
-        "__setitem__" => {
+        OfList::Clear => run.memory.set_block(head, Block { len: 0, ..block }),
+        OfList::Set => {
             let (at, value) = (place(run, whole(run, needed(run, first)?)?, block.len, false)?, needed(run, second)?);
             run.memory.set_value(block.data + at * SIZE, value);
             run.keep();

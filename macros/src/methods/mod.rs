@@ -5,12 +5,11 @@ mod lists;
 mod strings;
 
 use crate::arguments::Arguments;
-use crate::environment::Kind;
 use crate::fault::{Fault, Result};
 use crate::memory::Text;
-use crate::method_names::methods;
+use crate::names::{self, OfDict, OfList, OfString};
 use crate::run::{Run, undefined, wrong};
-use crate::value::{Value, View};
+use crate::value::{Value, View, types};
 
 /// Result of a method.
 pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Arguments) -> Result<Value> {
@@ -19,31 +18,31 @@ pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Argument
         View::Loop(place) => return of_loop(run, place, name, arguments),
         _ => {}
     }
-    let word = run.memory.text(name);
-    let Some((word, parameters)) = methods(value).iter().copied().find(|(known, _)| *known == word) else {
+    let Some(method) = names::method(value, run.memory.bytes(name)) else {
         let attribute = run.attribute(value, name)?;
         if let View::Function(number) = attribute.view() {
             return crate::functions::call(run, number, arguments);
         }
-        if let View::Undefined(missing) = attribute.view() {
-            return Err(undefined(&run.memory, missing));
-        }
         return Err(wrong(&run.memory, &"this cannot be called", attribute));
     };
-    if parameters == "*" {
-        return strings::format(run, value, arguments);
-    }
-    if (word, value.kind()) == ("update", "dict") {
-        return dicts::update(run, value, arguments);
+    let parameters = names::parameters(names::methods(value), method);
+    if parameters == b"*" {
+        return match value.text() {
+            Some(text) => crate::format::braces(run, text, &arguments),
+            None => dicts::update(run, value, arguments),
+        };
     }
     let bound = arguments.bind(run, parameters)?;
-    match value.view() {
-        View::Str(text) => strings::call(run, text, word, &bound),
-        View::Float(float) => Ok(Value::bool(float.is_finite() && libm::trunc(float) == float)),
-        View::Map(..) => dicts::call(run, value, word, &bound),
-        View::Object(object) if object.kind == Kind::Dict => dicts::call(run, value, word, &bound),
-        _ => lists::call(run, value, word, &bound),
+    if let Some(text) = value.text() {
+        return strings::call(run, text, OfString::from_number(method), &bound);
     }
+    if value.is(types::DICT) {
+        return dicts::call(run, value, OfDict::from_number(method), &bound);
+    }
+    if let View::Float(float) = value.view() {
+        return Ok(Value::bool(float.is_finite() && libm::trunc(float) == float));
+    }
+    lists::call(run, value, OfList::from_number(method), &bound)
 }
 
 fn of_loop(run: &mut Run<'_, '_>, place: u16, name: Text, arguments: Arguments) -> Result<Value> {

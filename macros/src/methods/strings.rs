@@ -1,88 +1,83 @@
 //! Methods of strings, as Python has them.
 
-use crate::arguments::{Arguments, Bound, needed, optional_text as optional, text as string, whole};
+use crate::arguments::{Bound, needed, optional_text as optional, text as string, whole};
 use crate::chars;
 use crate::fault::Result;
 use crate::filters::strings::center;
 use crate::memory::Text;
+use crate::names::OfString;
 use crate::run::{Run, wrong};
 use crate::value::{Seq, Value, View};
 
-/// Result of `text.format(...)`.
-pub fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
-    let Some(text) = value.text() else { return run.memory.fail(&"only strings have format") };
-    crate::format::braces(run, text, &arguments)
-}
-
 /// Result of a method of a string.
-pub fn call(run: &mut Run<'_, '_>, text: Text, name: &'static str, bound: &Bound) -> Result<Value> {
+pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) -> Result<Value> {
     let [first, second, third, _] = *bound;
-    match name {
-        "split" => run.split(text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
-        "rsplit" => split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
-        "splitlines" => run.split_lines(text),
-        "startswith" | "endswith" => has_end(run, text, needed(run, first)?, name == "startswith").map(Value::bool),
-        "lower" => run.lower(text),
-        "upper" => run.upper(text),
-        "capitalize" => run.capitalize(text),
-        "title" | "swapcase" => run.change(text, |_, before, char| {
+    match method {
+        OfString::Split => run.split(text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
+        OfString::RSplit => split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
+        OfString::SplitLines => run.split_lines(text),
+        OfString::StartsWith | OfString::EndsWith => has_end(run, text, needed(run, first)?, method == OfString::StartsWith).map(Value::bool),
+        OfString::Lower => run.lower(text),
+        OfString::Upper => run.upper(text),
+        OfString::Capitalize => run.capitalize(text),
+        OfString::Title | OfString::SwapCase => run.change(text, |_, before, char| {
             let is_letter = chars::upper(before) != chars::lower(before);
-            let to_upper = if name == "title" { !is_letter } else { char == chars::lower(char) };
+            let to_upper = if method == OfString::Title { !is_letter } else { char == chars::lower(char) };
             if to_upper { chars::upper(char) } else { chars::lower(char) }
         }),
-        "strip" | "lstrip" | "rstrip" => {
-            Ok(Value::str(run.strip(text, optional(run, first)?, (name != "rstrip", name != "lstrip"))))
+        OfString::Strip | OfString::LStrip | OfString::RStrip => {
+            Ok(Value::str(run.strip(text, optional(run, first)?, (method != OfString::RStrip, method != OfString::LStrip))))
         }
-        "replace" => {
+        OfString::Replace => {
             run.replace(text, string(run, first)?, string(run, second)?, whole(run, third.unwrap_or(Value::small(-1)))?)
         }
-        "join" => run.join(needed(run, first)?, text, true),
-        "zfill" => fill_zeros(run, text, whole(run, needed(run, first)?)?),
-        "ljust" | "rjust" | "center" => justify(run, text, name, first, second),
-        "removeprefix" => {
+        OfString::Join => run.join(needed(run, first)?, text, true),
+        OfString::ZFill => fill_zeros(run, text, whole(run, needed(run, first)?)?),
+        OfString::LJust | OfString::RJust | OfString::Center => justify(run, text, method, first, second),
+        OfString::RemovePrefix => {
             let part = string(run, first)?;
             let has = run.memory.text(text).starts_with(run.memory.text(part));
             Ok(Value::str(if has { text.rest(part.len()) } else { text }))
         }
-        "removesuffix" => {
+        OfString::RemoveSuffix => {
             let part = string(run, first)?;
             let has = run.memory.text(text).ends_with(run.memory.text(part));
             Ok(Value::str(if has { text.part(0, usize::from(text.len() - part.len())) } else { text }))
         }
-        "partition" | "rpartition" => partition(run, text, string(run, first)?, name == "rpartition"),
-        "find" | "rfind" | "index" | "count" => search(run, text, name, string(run, first)?),
-        _ => Ok(Value::bool(is_kind(run.memory.text(text), name))),
+        OfString::Partition | OfString::RPartition => partition(run, text, string(run, first)?, method == OfString::RPartition),
+        OfString::Find | OfString::RFind | OfString::Index | OfString::Count => search(run, text, method, string(run, first)?),
+        _ => Ok(Value::bool(is_kind(run.memory.text(text), method))),
     }
 }
 
-fn is_kind(text: &str, name: &str) -> bool {
-    let holds = |char: char| match name {
-        "isdigit" | "isdecimal" | "isnumeric" => char.is_ascii_digit(),
-        "isalpha" => chars::is_word(char) && !char.is_ascii_digit(),
-        "isalnum" => chars::is_word(char),
+fn is_kind(text: &str, method: OfString) -> bool {
+    let holds = |char: char| match method {
+        OfString::IsDigit => char.is_ascii_digit(),
+        OfString::IsAlpha => chars::is_word(char) && !char.is_ascii_digit(),
+        OfString::IsAlnum => chars::is_word(char),
         _ => chars::is_blank(char),
     };
-    match name {
-        "isupper" | "islower" => crate::filters::has_case(text, name == "isupper"),
+    match method {
+        OfString::IsUpper | OfString::IsLower => crate::filters::has_case(text, method == OfString::IsUpper),
         _ => !text.is_empty() && text.chars().all(holds),
     }
 }
 
-fn search(run: &mut Run<'_, '_>, text: Text, name: &str, part: Text) -> Result<Value> {
+fn search(run: &mut Run<'_, '_>, text: Text, method: OfString, part: Text) -> Result<Value> {
     let (string, part) = (run.memory.text(text), run.memory.text(part));
-    let found = match name {
-        "count" if part.is_empty() => return Ok(Value::count(chars::count(string) + 1)),
-        "count" => {
+    let found = match method {
+        OfString::Count if part.is_empty() => return Ok(Value::count(chars::count(string) + 1)),
+        OfString::Count => {
             let next = |at: usize| chars::find(string, part, at).map(|at| at + part.len());
             let places = core::iter::successors(next(0), |at| next(*at));
             return Ok(Value::count(places.count()));
         }
-        "rfind" => chars::find_last(string, part),
+        OfString::RFind => chars::find_last(string, part),
         _ => chars::find(string, part, 0),
     };
     match found {
         Some(at) => Ok(Value::count(crate::chars::count(string.get(..at).unwrap_or_default()))),
-        None if name == "index" => run.memory.fail(&"the text is not in the string: ask with in before"),
+        None if method == OfString::Index => run.memory.fail(&"the text is not in the string: ask with in before"),
         None => Ok(Value::small(-1)),
     }
 }
@@ -144,7 +139,7 @@ fn fill_zeros(run: &mut Run<'_, '_>, text: Text, width: i64) -> Result<Value> {
     Ok(Value::str(run.memory.text_since(from)))
 }
 
-fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, fill: Option<Value>) -> Result<Value> {
+fn justify(run: &mut Run<'_, '_>, text: Text, method: OfString, width: Option<Value>, fill: Option<Value>) -> Result<Value> {
     let width = whole(run, needed(run, width)?)?;
     let mut fill_char = ' ';
     if let Some(fill) = optional(run, fill)? {
@@ -156,9 +151,9 @@ fn justify(run: &mut Run<'_, '_>, text: Text, name: &str, width: Option<Value>, 
     }
     let length = crate::chars::count(run.memory.text(text));
     let missing = usize::try_from(width).unwrap_or(0).saturating_sub(length);
-    match name {
-        "ljust" => run.pad(text, (0, missing), fill_char),
-        "rjust" => run.pad(text, (missing, 0), fill_char),
+    match method {
+        OfString::LJust => run.pad(text, (0, missing), fill_char),
+        OfString::RJust => run.pad(text, (missing, 0), fill_char),
         _ => center(run, text, width, fill_char),
     }
 }

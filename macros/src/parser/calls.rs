@@ -5,7 +5,7 @@ use crate::code::Op;
 use crate::fault::{Fault, Result};
 use crate::lexer::{self, Token};
 use crate::memory::Text;
-use crate::names;
+use crate::names::{self, Filter, Test};
 
 impl Parser<'_, '_, '_> {
     /// A call of the value before it.
@@ -80,7 +80,7 @@ impl Parser<'_, '_, '_> {
             is_known = false;
         }
         let count = if self.token == Token::Sign(b'(') { self.arguments()? } else { 0 };
-        match names::filter(self.memory.text(name)) {
+        match names::find(Filter::NAMES, self.memory.bytes(name)) {
             Some(number) if is_known => self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8),
             _ => self.unknown(Fault::about(self.memory, &"there is no filter of this name", name), name),
         }
@@ -111,7 +111,7 @@ impl Parser<'_, '_, '_> {
             }
             _ => 0,
         };
-        match names::test(self.memory.text(name)) {
+        match names::find(Test::NAMES, self.memory.bytes(name)) {
             Some(number) => self.emit_word(Op::Test, u16::from(number) | u16::from(count) << 8)?,
             None => self.unknown(Fault::about(self.memory, &"there is no test of this name", name), name)?,
         }

@@ -9,7 +9,7 @@ use crate::environment::Environment;
 use crate::fault::{Error, Fault, Result};
 use crate::lexer::Lexer;
 use crate::memory::{Memory, Text, Use};
-use crate::names;
+use crate::names::{self, Function};
 use crate::parser::Parser;
 use crate::run::{Run, VARIABLES, undefined, wrong};
 use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View};
@@ -198,13 +198,9 @@ impl Machine<'_, '_> {
         if let Some(index) = found {
             return Ok(memory.at(index));
         }
-        let function = names::function(memory.text(name));
-        if let Some(number) = function
-            && memory.text(name).starts_with("action_")
-        {
-            return Ok(Value::function(number));
-        }
-        if let Some(value) = self.given(name)? {
+        let function = names::find(Function::NAMES, memory.bytes(name));
+        let is_own = function.is_some_and(|number| number <= Function::CallRemoteMethod as u8);
+        if !is_own && let Some(value) = self.given(name)? {
             return Ok(value);
         }
         Ok(function.map_or(Value::undefined(name), Value::function))

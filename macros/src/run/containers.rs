@@ -4,6 +4,7 @@ use super::{Run, order, wrong};
 use crate::environment::Kind;
 use crate::fault::{Fault, Result};
 use crate::memory::Text;
+use crate::names::{self, OfLoop};
 use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View, types};
 
 /// Places on the stack that a loop has: what it goes through, where it is, and the loop around it.
@@ -184,26 +185,25 @@ impl Run<'_, '_> {
     pub fn loop_attribute(&mut self, place: u16, name: Text) -> Result<Value> {
         let (turn, next) = self.turn(place);
         let length = self.loop_length(place).unwrap_or(0) as i32;
-        let word = self.memory.text(name);
-        let needs_rest = matches!(word, "last" | "length" | "revindex" | "revindex0" | "nextitem" | "previtem");
-        if needs_rest && turn + 1 != next {
+        let Some(number) = names::find(OfLoop::NAMES, self.memory.bytes(name)) else { return Ok(Value::undefined(name)) };
+        if number >= OfLoop::Last as u8 && turn + 1 != next {
             return self.memory.fail(&"a loop with if does not know its end: make a list with select before it");
         }
-        let at = usize::from(place);
-        Ok(match word {
-            "index" => Value::small(turn + 1),
-            "index0" => Value::small(turn),
-            "first" => Value::bool(turn == 0),
-            "last" => Value::bool(next >= length),
-            "length" => Value::small(length),
-            "revindex" => Value::small(length - turn),
-            "revindex0" => Value::small(length - turn - 1),
-            "depth" => Value::small(1),
-            "depth0" => Value::small(0),
-            "previtem" if turn > 0 => self.element(self.memory.at(at), (turn - 1) as usize)?,
-            "nextitem" if next < length => self.element(self.memory.at(at), next as usize)?,
-            "cycle" | "changed" => Value::METHOD,
-            _ => Value::undefined(name),
+        let value = self.memory.at(usize::from(place));
+        Ok(match OfLoop::from_number(number) {
+            OfLoop::Index => Value::small(turn + 1),
+            OfLoop::Index0 => Value::small(turn),
+            OfLoop::First => Value::bool(turn == 0),
+            OfLoop::Last => Value::bool(next >= length),
+            OfLoop::Length => Value::small(length),
+            OfLoop::RevIndex => Value::small(length - turn),
+            OfLoop::RevIndex0 => Value::small(length - next),
+            OfLoop::Depth => Value::small(1),
+            OfLoop::Depth0 => Value::small(0),
+            OfLoop::Previous if turn > 0 => self.element(value, (turn - 1) as usize)?,
+            OfLoop::Next if next < length => self.element(value, next as usize)?,
+            OfLoop::Previous | OfLoop::Next => Value::undefined(name),
+            OfLoop::Cycle | OfLoop::Changed => Value::METHOD,
         })
     }
 }

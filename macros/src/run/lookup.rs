@@ -5,6 +5,7 @@ use crate::arguments::whole;
 use crate::environment::Kind;
 use crate::fault::{Result, Words};
 use crate::memory::Text;
+use crate::names;
 use crate::value::{Map, SIZE, Seq, Value, View, types};
 
 /// Words about a value that cannot be gone through.
@@ -106,7 +107,7 @@ impl Run<'_, '_> {
             View::Undefined(missing) => Err(undefined(&self.memory, missing)),
             View::Loop(place) => self.loop_attribute(place, name),
             View::Map(Map::Namespace, head) => self.get(head, Value::str(name), name),
-            _ if crate::method_names::is_method(self.memory.text(name), value) => Ok(Value::METHOD),
+            _ if names::method(value, self.memory.bytes(name)).is_some() => Ok(Value::METHOD),
             View::Object(object) => {
                 let member = self.kept_member(object, name)?;
                 Ok(member.unwrap_or(Value::undefined(name)))
