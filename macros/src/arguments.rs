@@ -1,6 +1,6 @@
 //! Arguments of a call, which lie on the stack.
 
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::memory::{Text, Use};
 use crate::run::{Run, wrong};
 use crate::value::Value;
@@ -42,7 +42,7 @@ impl Arguments {
                 Use::SpreadNamed => {
                     for part in 0..run.iterate(value)? {
                         let (key, part) = run.entry(value, part)?;
-                        let Some(key) = key.text() else { return Err(run.memory.fault(&"names of arguments are strings")) };
+                        let Some(key) = key.text() else { return Err(run.memory.fault(Words::WantsText)) };
                         // Names have their length before them, as the strings of the template.
                         run.memory.push_word(key.len() as u16)?;
                         let name = run.memory.copy_text(key)?;
@@ -101,7 +101,7 @@ impl Arguments {
             }
         }
         if used < self.count {
-            return Err(Fault::of(&run.memory, &"there are more arguments than these, or one has another name", core::str::from_utf8(names).unwrap_or_default()));
+            return Err(Fault::of(&run.memory, Words::TooManyArguments, core::str::from_utf8(names).unwrap_or_default()));
         }
         Ok(bound)
     }
@@ -110,7 +110,7 @@ impl Arguments {
 /// An argument that has to be given.
 #[inline(never)]
 pub fn needed(run: &Run<'_, '_>, argument: Option<Value>) -> Result<Value> {
-    argument.ok_or_else(|| run.memory.fault(&"an argument is missing"))
+    argument.ok_or_else(|| run.memory.fault(Words::ArgumentMissing))
 }
 
 /// Whole number that an argument is; truth values are 0 and 1.
@@ -118,7 +118,7 @@ pub fn needed(run: &Run<'_, '_>, argument: Option<Value>) -> Result<Value> {
 pub fn whole(run: &Run<'_, '_>, value: Value) -> Result<i64> {
     match run.memory.whole(value) {
         Some(int) => Ok(int),
-        None => Err(wrong(&run.memory, &"a whole number is wanted here: put |int behind it", value)),
+        None => Err(wrong(&run.memory, Words::WantsWhole, value)),
     }
 }
 
@@ -126,7 +126,7 @@ pub fn whole(run: &Run<'_, '_>, value: Value) -> Result<i64> {
 #[inline(never)]
 pub fn text(run: &Run<'_, '_>, argument: Option<Value>) -> Result<Text> {
     let value = needed(run, argument)?;
-    value.text().ok_or_else(|| wrong(&run.memory, &"a string is wanted here: put |string behind it", value))
+    value.text().ok_or_else(|| wrong(&run.memory, Words::WantsText, value))
 }
 
 /// Text that an argument is, or none for `none` and where there is no argument.

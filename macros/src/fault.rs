@@ -5,15 +5,13 @@ use core::fmt;
 use heapless::String;
 
 use crate::memory::{Memory, Text};
+pub use crate::words::Words;
 
 /// Longest detail of an error, bytes.
 const MOST_DETAIL: usize = 64;
 
 /// Result inside the crate: the place is added where the line is known.
 pub type Result<T> = core::result::Result<T, Fault>;
-
-/// Words of a fault. A thin pointer keeps their places small.
-pub type Words = &'static &'static str;
 
 /// A fault. Its words and its subject wait in the memory until the error is made: so results stay in registers.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +75,7 @@ impl Error {
                 digits.text().bytes().for_each(|byte| drop(detail.push(char::from(byte))));
             }
         }
-        Self { line, column, words: memory.words.get(), detail }
+        Self { line, column, words: memory.words.get().text(), detail }
     }
 }
 

@@ -26,13 +26,13 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
             let [message, ..] = arguments.bind(run, names)?;
             let text = run.text_of(message.ok_or(run.memory.fault(NO_MESSAGE))?)?;
             act(run, Action::RaiseError, Some(Value::str(text)))?;
-            Err(Fault::about(&run.memory, &"raised by the macro", text))
+            Err(Fault::about(&run.memory, Words::Raised, text))
         }
         Function::CallRemoteMethod => act(run, Action::CallRemoteMethod, arguments.position(run, 0)),
     }
 }
 
-const NO_MESSAGE: Words = &"a message is missing";
+const NO_MESSAGE: Words = Words::NoMessage;
 
 fn act(run: &mut Run<'_, '_>, action: Action, message: Option<Value>) -> Result<Value> {
     let text: Text = run.text_of(message.ok_or(run.memory.fault(NO_MESSAGE))?)?;
@@ -50,7 +50,7 @@ fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value>
 
 fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static [u8]) -> Result<Value> {
     if arguments.positions(run) < arguments.count {
-        return run.memory.fail(&"range takes its numbers without names");
+        return run.memory.fail(Words::TooManyArguments);
     }
     let mut bounds = [0; 3];
     for (bound, value) in bounds.iter_mut().zip(arguments.bind(run, names)?.into_iter().flatten()) {
@@ -59,8 +59,8 @@ fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static [u8]) -> R
     match (arguments.count, bounds) {
         (1, [end, ..]) => run.new_range([0, end, 1]),
         (2, [start, end, _]) => run.new_range([start, end, 1]),
-        (3, [_, _, 0]) => run.memory.fail(&"the step of a range may not be 0"),
+        (3, [_, _, 0]) => run.memory.fail(Words::ZeroStep),
         (3, bounds) => run.new_range(bounds),
-        _ => run.memory.fail(&"range wants one, two or three numbers"),
+        _ => run.memory.fail(Words::TooManyArguments),
     }
 }

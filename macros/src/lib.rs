@@ -29,6 +29,7 @@ mod render;
 mod run;
 mod saved;
 mod value;
+mod words;
 
 pub use environment::{Action, Environment, Given, Kind, Nothing, Object};
 pub use fault::Error;

@@ -1,6 +1,6 @@
 //! Python literals, as Klipper keeps values of variables: read and written.
 
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::lexer::{Lexer, Token};
 use crate::run::{numbers, order};
 use crate::memory::{Memory, Text};
@@ -11,7 +11,7 @@ pub fn read(memory: &mut Memory<'_>, source: &mut dyn Iterator<Item = u8>) -> Re
     let mut reader = Reader { lexer: Lexer::of_literal(source), token: Token::End };
     reader.advance(memory)?;
     let value = reader.values(memory, Token::End, Seq::Tuple, DEEPEST)?;
-    if reader.token == Token::End { Ok(value) } else { memory.fail(&"something stands behind the value") }
+    if reader.token == Token::End { Ok(value) } else { memory.fail(Words::LiteralRest) }
 }
 
 struct Reader<'s> {
@@ -40,13 +40,13 @@ impl Reader<'_> {
             self.advance(memory)?;
         }
         if self.token != end {
-            return memory.fail(&"a value does not end where it should: see the brackets and commas");
+            return memory.fail(Words::LiteralEnd);
         }
         if kind == Seq::Tuple && is_one {
             return Ok(memory.value(memory.block(head).data));
         }
         if end == Token::End && memory.block(head).len == 0 {
-            return memory.fail(&"a value is missing");
+            return memory.fail(Words::LiteralWord);
         }
         Ok(Value::seq(kind, head))
     }
@@ -65,7 +65,7 @@ impl Reader<'_> {
                 b"True" => Ok(Value::bool(true)),
                 b"False" => Ok(Value::bool(false)),
                 b"None" => Ok(Value::NONE),
-                _ => Err(Fault::about(memory, &"this is no value: a text has to stand in quotes", name)),
+                _ => Err(Fault::about(memory, Words::LiteralWord, name)),
             },
             Token::Sign(sign @ (b'-' | b'+')) => self.signed(memory, sign == b'-'),
             Token::Sign(b'[') => {
@@ -79,7 +79,7 @@ impl Reader<'_> {
                 Ok(value)
             }
             Token::Sign(b'{') => self.dict(memory, depth - 1),
-            _ => memory.fail(&"a value is missing: a text has to stand in quotes"),
+            _ => memory.fail(Words::LiteralWord),
         }
     }
 
@@ -102,7 +102,7 @@ impl Reader<'_> {
         match token {
             Token::Int(value) => memory.int(if is_negative { -value } else { value }),
             Token::Float(value) => Ok(Value::float(if is_negative { -value } else { value })),
-            _ => memory.fail(&"a number is missing behind the sign"),
+            _ => memory.fail(Words::NumberMissing),
         }
     }
 
@@ -111,7 +111,7 @@ impl Reader<'_> {
         while self.token != Token::Sign(b'}') {
             let key = self.value(memory, depth)?;
             if self.token != Token::Sign(b':') {
-                return memory.fail(&"a : is missing behind the key of a dict");
+                return memory.fail(Words::LiteralEnd);
             }
             self.advance(memory)?;
             let value = self.value(memory, depth)?;
@@ -122,7 +122,7 @@ impl Reader<'_> {
             self.advance(memory)?;
         }
         if self.token != Token::Sign(b'}') {
-            return memory.fail(&"a } is missing behind a dict");
+            return memory.fail(Words::LiteralEnd);
         }
         self.advance(memory)?;
         Ok(Value::map(Map::Dict, head))
@@ -132,7 +132,7 @@ impl Reader<'_> {
 /// Writes an entry of a dict; the last of a key stays. Keys are strings, numbers and words, as in JSON.
 fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<()> {
     if matches!(key.view(), View::Seq(..) | View::Map(..)) {
-        return memory.fail(&"the key of a dict is a string or a number here");
+        return memory.fail(Words::LiteralKey);
     }
     let block = memory.block(head);
     let known =

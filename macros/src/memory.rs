@@ -119,7 +119,7 @@ impl<'a> Memory<'a> {
             floor: 0,
             pool: length,
             is_sealed: false,
-            words: Cell::new(&""),
+            words: Cell::new(Words::Raised),
             about: Cell::new(About::Nothing),
             peak: 0,
         }
@@ -130,7 +130,7 @@ impl<'a> Memory<'a> {
         self.peak = self.peak.max(self.top + self.bytes.len().min(MOST) - self.low.min(self.bytes.len()));
         if self.top > self.low {
             let about = About::Number(self.bytes.len());
-            return Err(Fault::with(self, &"bytes of memory are too few for this macro: make it shorter", about));
+            return Err(Fault::with(self, Words::NoMemory, about));
         }
         Ok(())
     }
@@ -464,7 +464,7 @@ impl<'a> Memory<'a> {
     #[inline(never)]
     pub fn push_named(&mut self, kind: Use, name: u16, value: Value) -> Result<()> {
         let Some(low) = self.low.checked_sub(SLOT) else {
-            return self.fail(&"the memory is too small for this macro");
+            return self.fail(Words::SmallMemory);
         };
         self.low = low;
         self.check()?;

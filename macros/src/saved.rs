@@ -1,7 +1,7 @@
 //! Values as Klipper's files have them.
 
 use crate::environment::Nothing;
-use crate::fault::Error;
+use crate::fault::{Error, Words};
 use crate::literal;
 use crate::memory::Memory;
 use crate::run::Run;
@@ -23,7 +23,7 @@ pub fn rewrite(text: &str, memory: &mut [u8], output: &mut [u8]) -> core::result
             place.iter_mut().zip(run.memory.bytes(text)).for_each(|(place, byte)| *place = *byte);
             Ok(place.len())
         }
-        None => run.memory.fail(&"the value is too long to be kept"),
+        None => run.memory.fail(Words::TooLong),
     });
     result.map_err(|_| Error::new((1, 1), &run.memory))
 }

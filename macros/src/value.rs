@@ -9,7 +9,7 @@ use crate::memory::Text;
 /// Deepest values within values.
 pub const DEEPEST: u8 = 8;
 /// Words about values within values that are deeper.
-pub const TOO_DEEP: Words = &"lists and dicts within each other go down to 8: make them flatter";
+pub const TOO_DEEP: Words = Words::TooDeep;
 /// Length of a value in memory, bytes.
 pub const SIZE: usize = 8;
 
@@ -300,8 +300,8 @@ impl Value {
 
     /// Name of the value's type, as Python calls it.
     pub fn kind(self) -> &'static str {
-        const NAMES: &str = "undefined none bool str range function function loop int list tuple view view view \
-                             iterator dict namespace object dict list tuple int float";
-        NAMES.split(' ').nth(self.tag() as usize - 1).unwrap_or_default()
+        const NAMES: &str = "undefined;none;bool;str;range;function;function;loop;int;list;tuple;view;view;view;iterator;\
+                             dict;namespace;object;dict;list;tuple;int;float;";
+        crate::names::nth(NAMES, b';', self.tag() as usize - 1)
     }
 }

@@ -3,7 +3,7 @@
 use super::sequences::path_of;
 use super::{apply as apply_filter, check};
 use crate::arguments::Arguments;
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::memory::Text;
 use crate::names::{self, Filter, Test};
 use crate::run::Run;
@@ -31,22 +31,22 @@ fn name(run: &Run<'_, '_>, arguments: Arguments) -> Result<Option<Text>> {
     match arguments.position(run, 0) {
         None => Ok(None),
         Some(value) if value.text().is_some() => Ok(value.text()),
-        Some(_) => run.memory.fail(&"the name of a filter or test has to stand in quotes"),
+        Some(_) => run.memory.fail(Words::NameInQuotes),
     }
 }
 
 fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Value> {
     if let Some(name) = name(run, arguments)? {
         let Some(number) = names::find(Filter::NAMES, run.memory.bytes(name)) else {
-            return Err(Fault::about(&run.memory, &"there is no filter of this name", name));
+            return Err(Fault::about(&run.memory, Words::NoFilter, name));
         };
         if number == Filter::Map as u8 || number == Filter::Select as u8 {
-            return run.memory.fail(&"map cannot take map or select: use a loop");
+            return run.memory.fail(Words::MapOfMap);
         }
         return apply_filter(run, number, element, arguments.rest());
     }
     let [attribute, default, ..] = arguments.bind(run, b"attribute default")?;
-    let Some(attribute) = attribute else { return run.memory.fail(&"map wants the name of a filter, or attribute=") };
+    let Some(attribute) = attribute else { return run.memory.fail(Words::ArgumentMissing) };
     let found = path_of(run, element, attribute)?;
     let is_missing = matches!(found.view(), View::Undefined(_));
     Ok(default.filter(|default| is_missing && !default.is_none()).unwrap_or(found))
@@ -55,7 +55,7 @@ fn map(run: &mut Run<'_, '_>, element: Value, arguments: Arguments) -> Result<Va
 fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Arguments) -> Result<bool> {
     let (mut subject, mut arguments) = (element, arguments);
     if matches!(filter, Filter::SelectAttr | Filter::RejectAttr) {
-        let Some(path) = arguments.position(run, 0) else { return run.memory.fail(&"the name of an attribute is missing") };
+        let Some(path) = arguments.position(run, 0) else { return run.memory.fail(Words::ArgumentMissing) };
         subject = path_of(run, element, path)?;
         arguments = arguments.rest();
     }
@@ -63,7 +63,7 @@ fn select(run: &mut Run<'_, '_>, filter: Filter, element: Value, arguments: Argu
         None => run.truth(subject),
         Some(name) => {
             let Some(number) = names::find(Test::NAMES, run.memory.bytes(name)) else {
-                return Err(Fault::about(&run.memory, &"there is no test of this name", name));
+                return Err(Fault::about(&run.memory, Words::NoTest, name));
             };
             check(run, number, subject, arguments.rest())?
         }

@@ -11,7 +11,7 @@ pub use checks::{check, has_case};
 
 use crate::arguments::{Arguments, text, whole};
 use crate::digits;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::{Filter, parameters};
 use crate::run::order::{Number, number as number_of};
@@ -47,7 +47,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
             Some(length) if !value.is(types::ONCE | types::LOOKUP) => {
                 Ok(Value::count(length))
             }
-            _ => Err(wrong(&run.memory, &"this has no length: a list, dict or string has", value)),
+            _ => Err(wrong(&run.memory, Words::NoLength, value)),
         },
         Filter::Min | Filter::Max | Filter::Sort | Filter::DictSort | Filter::Unique => {
             order::apply(run, filter, value, &bound)
@@ -66,10 +66,10 @@ fn absolute(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     match number_of(&run.memory, value) {
         Some(Number::Int(int)) => match int.checked_abs() {
             Some(int) => run.memory.int(int),
-            None => run.memory.fail(&"too large"),
+            None => run.memory.fail(Words::Overflow),
         },
         Some(Number::Float(float)) => Ok(Value::float(libm::fabs(float))),
-        None => Err(wrong(&run.memory, &"abs wants a number: put |int or |float before it", value)),
+        None => Err(wrong(&run.memory, Words::WantsNumber, value)),
     }
 }
 
@@ -102,7 +102,7 @@ fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Op
 fn truncate(run: &mut Run<'_, '_>, float: f64) -> Result<Value> {
     match numbers::truncate(float) {
         Some(int) => run.memory.int(int),
-        None => run.memory.fail(&"whole numbers go up to 9223372036854775807"),
+        None => run.memory.fail(Words::Overflow),
     }
 }
 
@@ -123,7 +123,7 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
     let precision = precision.map_or(Ok(0), |precision| whole(run, precision))?.clamp(-400, 400) as i32;
     let method = method.map_or(&b"common"[..], |method| run.memory.bytes(method.text().unwrap_or_default()));
     let Some(number) = number_of(&run.memory, value) else {
-        return Err(wrong(&run.memory, &"round wants a number: put |int or |float before it", value));
+        return Err(wrong(&run.memory, Words::WantsNumber, value));
     };
     let float = match number {
         Number::Int(int) => int as f64,
@@ -138,7 +138,7 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
             let whole = if method == b"ceil" { libm::ceil(scaled) } else { libm::floor(scaled) };
             Ok(Value::float(if precision < 0 { whole / (1.0 / power) } else { whole / power }))
         }
-        _ => run.memory.fail(&"the method of round is common, ceil or floor"),
+        _ => run.memory.fail(Words::RoundMethod),
     }
 }
 
@@ -152,7 +152,7 @@ fn round_integer(run: &mut Run<'_, '_>, int: i64, precision: i32) -> Result<Valu
     let is_up = rest > unit / 2 || rest == unit / 2 && down % 2 != 0;
     match (down + i64::from(is_up)).checked_mul(unit) {
         Some(int) => run.memory.int(int),
-        None => run.memory.fail(&"the number is too large"),
+        None => run.memory.fail(Words::Overflow),
     }
 }
 
@@ -166,7 +166,7 @@ fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<V
     let text: Text = run.text_of(value)?;
     let positions = arguments.positions(run);
     if positions > 0 && positions < arguments.count {
-        return run.memory.fail(&"format takes either arguments with names or without");
+        return run.memory.fail(Words::TooManyArguments);
     }
     let values = if positions == 0 && arguments.count > 0 {
         let map = run.map(crate::value::Map::Dict, arguments.count)?;

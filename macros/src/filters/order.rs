@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 
 use super::sequences::{pairs, path_of};
 use crate::arguments::Bound;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, order, wrong};
@@ -132,12 +132,12 @@ fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Res
 
 fn sort_dict(run: &mut Run<'_, '_>, value: Value, rule: Rule, by: Option<Value>, is_reverse: bool) -> Result<Value> {
     if !value.is(types::DICT) {
-        return Err(wrong(&run.memory, &"dictsort wants a dict", value));
+        return Err(wrong(&run.memory, Words::WantsDict, value));
     }
     let index = match by.map_or(&b"key"[..], |by| run.memory.bytes(by.text().unwrap_or_default())) {
         b"key" => 0,
         b"value" => 1,
-        _ => return run.memory.fail(&"dictsort sorts by key or value"),
+        _ => return run.memory.fail(Words::KeyOrValue),
     };
     let head = pairs(run, value)?;
     let rule = Rule { path: Some(Value::small(index)), ..rule };
@@ -150,7 +150,7 @@ fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
         let element = run.element(value, index)?;
         let key = rule.key(run, element)?;
         if !order::is_hashable(run, key) {
-            return Err(wrong(&run.memory, &"this cannot be compared by unique", key));
+            return Err(wrong(&run.memory, Words::NotHashable, key));
         }
         if !order::contains(run, key, Value::seq(Seq::List, seen))? {
             run.append(seen, key)?;

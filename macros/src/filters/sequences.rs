@@ -2,7 +2,7 @@
 
 use crate::arguments::{needed, whole};
 use crate::code::Op;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, numbers, wrong};
@@ -16,7 +16,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option
         Filter::First => end(run, value, false),
         Filter::Last => {
             if matches!(value.view(), View::Seq(Seq::Once, _)) {
-                return Err(wrong(&run.memory, &"this has no last element: put |list before it", value));
+                return Err(wrong(&run.memory, Words::WantsList, value));
             }
             end(run, value, true)
         }
@@ -85,7 +85,7 @@ pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value
 fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<Value>) -> Result<Value> {
     let mut total = start.unwrap_or(Value::small(0));
     if matches!(total.view(), View::Str(_)) {
-        return run.memory.fail(&"sum cannot add strings: use join");
+        return run.memory.fail(Words::AddToText);
     }
     for index in 0..run.iterate(value)? {
         let mut element = run.element(value, index)?;
@@ -102,7 +102,7 @@ fn sum(run: &mut Run<'_, '_>, value: Value, path: Option<Value>, start: Option<V
 
 fn random(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     if !value.is(types::INDEXED) {
-        return Err(wrong(&run.memory, &"random wants a list: put |list before it", value));
+        return Err(wrong(&run.memory, Words::WantsList, value));
     }
     match run.iterate(value)? {
         0 => Ok(Value::MISSING),
@@ -146,7 +146,7 @@ pub fn pairs(run: &mut Run<'_, '_>, value: Value) -> Result<u16> {
 
 fn items(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     if !value.is(types::DICT | types::UNDEFINED) {
-        return Err(wrong(&run.memory, &"items wants a dict", value));
+        return Err(wrong(&run.memory, Words::WantsDict, value));
     }
     pairs(run, value).map(|head| Value::seq(Seq::Once, head))
 }
@@ -182,7 +182,7 @@ fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) 
     let length = run.iterate(value)? as i64;
     let all = run.memory.new_block(0, SIZE)?;
     let Some((each, extra)) = numbers::divided(length, count) else {
-        return run.memory.fail(&"a list cannot be cut into 0 parts");
+        return run.memory.fail(Words::ZeroStep);
     };
     let mut index = 0;
     for slice in 0..count {

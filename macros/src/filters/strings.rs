@@ -2,7 +2,7 @@
 
 use crate::arguments::{Bound, needed, optional_text, whole};
 use crate::chars;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, wrong};
@@ -59,7 +59,7 @@ pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Resu
 }
 
 fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Value>; 3]) -> Result<Value> {
-    let Some(text) = value.text() else { return Err(wrong(&run.memory, &"indent wants a string", value)) };
+    let Some(text) = value.text() else { return Err(wrong(&run.memory, Words::WantsText, value)) };
     let width = width.unwrap_or(Value::small(4));
     let indention = match width.text() {
         Some(text) => text,
@@ -105,15 +105,15 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value>
         None => run.str("...")?,
         Some(end) => end,
     };
-    let Some(end) = end.text() else { return Err(wrong(&run.memory, &"the end of truncate is a string", end)) };
+    let Some(end) = end.text() else { return Err(wrong(&run.memory, Words::WantsText, end)) };
     let rest = length - crate::chars::count(run.memory.text(end)) as i64;
     if rest < 0 || leeway < 0 {
-        return run.memory.fail(&"the length for truncate is shorter than its end");
+        return run.memory.fail(Words::TruncateLength);
     }
     if run.length(value).is_some_and(|count| count as i64 <= length + leeway) {
         return Ok(value);
     }
-    let Some(text) = value.text() else { return Err(wrong(&run.memory, &"truncate wants a string", value)) };
+    let Some(text) = value.text() else { return Err(wrong(&run.memory, Words::WantsText, value)) };
     let string = run.memory.text(text);
     let cut = string.char_indices().nth(rest as usize).map_or(string.len(), |(at, _)| at);
     let mut kept = text.part(0, cut);

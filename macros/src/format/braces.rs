@@ -8,7 +8,7 @@ use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, wrong};
 use crate::value::{Value, View};
 
-const NO_END: Words = &"a } is missing in the text: write {{ and }} for braces themselves";
+const NO_END: Words = Words::BraceMissing;
 
 /// A text with values in the places of its braces.
 pub fn braces(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments) -> Result<Value> {
@@ -66,7 +66,7 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
     let (conversion, form_at) = match rest.as_bytes() {
         [b'!', letter @ (b's' | b'r'), b':', ..] => (*letter, name_end + 3),
         [b'!', letter @ (b's' | b'r')] => (*letter, name_end + 2),
-        [b'!', ..] => return run.memory.fail(&"behind ! stands s or r"),
+        [b'!', ..] => return run.memory.fail(Words::Conversion),
         [b':', ..] => (0, name_end + 1),
         _ => (0, name_end),
     };
@@ -80,13 +80,13 @@ fn field(run: &mut Run<'_, '_>, field: Text, arguments: &Arguments, next: &mut u
         arguments.keyword(run, name)
     };
     let Some(value) = value else {
-        return Err(Fault::about(&run.memory, &"the text has a place for a value that is not given", name));
+        return Err(Fault::about(&run.memory, Words::ValueNotGiven, name));
     };
     let from = run.memory.top;
     let mut form = field.rest(form_at);
     if run.memory.bytes(form).contains(&b'{') {
         if !may_nest {
-            return run.memory.fail(&"braces within braces within braces are not known");
+            return run.memory.fail(Words::NestedBraces);
         }
         form = fill(run, form, arguments, next, false)?;
     }
@@ -136,13 +136,13 @@ fn read_spec(memory: &Memory<'_>, text: &str) -> Result<Spec> {
     if byte(at) == b'.' {
         let (precision, end) = number(bytes, at + 1);
         if end == at + 1 {
-            return memory.fail(&"a number is missing behind the point of the form");
+            return memory.fail(Words::FormPoint);
         }
         (spec.precision, at) = (Some(precision), end);
     }
     spec.form = byte(at);
     if at + 1 < bytes.len() {
-        return Err(memory.fault(&"the form goes on behind its letter"));
+        return Err(memory.fault(Words::FormLong));
     }
     Ok(spec)
 }
@@ -165,14 +165,14 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
         (Some(Number::Int(value)), _) if is_real => super::number::write_real(memory, value as f64, spec),
         (Some(Number::Int(value)), _) if matches!(spec.form, 0 | b'd' | b'x' | b'X' | b'o' | b'b' | b'c' | b'n') => {
             if spec.precision.is_some() {
-                return memory.fail(&"whole numbers have no digits behind the point: use f");
+                return memory.fail(Words::FormMisfit);
             }
             super::number::write_int(memory, value, spec)
         }
         (Some(Number::Float(value)), _) => super::number::write_real(memory, value, spec),
         (None, View::Str(text)) if matches!(spec.form, 0 | b's') => {
             if spec.align == b'=' || spec.comma != 0 || spec.sign != b'-' {
-                return memory.fail(&"this form is for numbers: make one with |int or |float");
+                return memory.fail(Words::FormMisfit);
             }
             write_text(memory, text, spec)
         }
@@ -182,6 +182,6 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
             run.memory.close_gap(from, text.at());
             Ok(())
         }
-        _ => Err(wrong(&run.memory, &"this form does not fit the value", value)),
+        _ => Err(wrong(&run.memory, Words::FormMisfit, value)),
     }
 }

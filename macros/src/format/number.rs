@@ -2,7 +2,7 @@
 
 use super::{Spec, align};
 use crate::digits::{Decimal, Integer};
-use crate::fault::{About, Fault, Result};
+use crate::fault::{About, Fault, Result, Words};
 use crate::memory::Memory;
 use crate::run::print::{write_exponent, write_float};
 
@@ -30,7 +30,7 @@ pub fn write_int(memory: &mut Memory<'_>, value: i64, spec: &Spec) -> Result<()>
     let from = memory.top;
     if spec.form == b'c' {
         let char = u32::try_from(value).ok().and_then(char::from_u32);
-        let Some(char) = char else { return Err(memory.fault(&"there is no character of this number")) };
+        let Some(char) = char else { return Err(memory.fault(Words::NoCharacter)) };
         memory.push_char(char)?;
         return align(memory, from, 0, spec, b'<');
     }
@@ -83,7 +83,7 @@ pub fn write_real(memory: &mut Memory<'_>, value: f64, spec: &Spec) -> Result<()
             0 if spec.precision.is_none() && spec.comma == 0 => write_float(memory, value)?,
             0 => general(memory, value, spec.precision.map_or(17, |precision| precision.max(1) as i32), spec, true)?,
             form => {
-                let words = &"this form is for whole numbers or is unknown: use f, or make the number whole with |int";
+                let words = Words::FormMisfit;
                 return Err(Fault::with(memory, words, About::Byte(form)));
             }
         }

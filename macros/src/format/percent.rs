@@ -8,7 +8,7 @@ use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, wrong};
 use crate::value::{Map, Seq, Value, View};
 
-const TOO_FEW: Words = &"there are fewer values than % signs in the text";
+const TOO_FEW: Words = Words::ValueNotGiven;
 
 /// Values that are still to be written.
 struct Values {
@@ -38,7 +38,7 @@ pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
         _ => values.next == 0,
     };
     if is_left {
-        return run.memory.fail(&"there are more values than % signs in the text");
+        return run.memory.fail(Words::TooManyValues);
     }
     Ok(Value::str(run.memory.text_since(start)))
 }
@@ -76,13 +76,13 @@ fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) 
     if byte(run, at) == b'(' {
         let rest = text.rest(at + 1);
         let Some(end) = crate::chars::place_of(run.memory.text(rest), b')') else {
-            return run.memory.fail(&"a ) is missing behind %(");
+            return run.memory.fail(Words::PercentName);
         };
         let (name, View::Map(Map::Dict, head)) = (rest.part(0, end), values.all.view()) else {
-            return run.memory.fail(&"%(name) wants a dict behind the %");
+            return run.memory.fail(Words::PercentName);
         };
         let Some(place) = run.find(head, Value::str(name))? else {
-            return Err(Fault::about(&run.memory, &"the dict has no value of this name", name));
+            return Err(Fault::about(&run.memory, Words::ValueNotGiven, name));
         };
         named = Some(run.memory.value(place + crate::value::SIZE));
         at += end + 2;
@@ -160,7 +160,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
                 _ => None,
             };
             let Some(whole) = whole else {
-                return Err(wrong(&run.memory, &"this form wants a whole number: put |int behind the value", value));
+                return Err(wrong(&run.memory, Words::WantsWhole, value));
             };
             if matches!(spec.form, b'i' | b'u') {
                 spec.form = b'd';
@@ -170,19 +170,19 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
         b'e' | b'E' | b'f' | b'F' | b'g' | b'G' => match number_of(&run.memory, value) {
             Some(Number::Int(value)) => super::number::write_real(&mut run.memory, value as f64, &spec),
             Some(Number::Float(value)) => super::number::write_real(&mut run.memory, value, &spec),
-            None => Err(wrong(&run.memory, &"this form wants a number: put |float behind the value", value)),
+            None => Err(wrong(&run.memory, Words::WantsNumber, value)),
         },
         b'c' => match value.view() {
             View::Int(value) => super::number::write_int(&mut run.memory, value, &spec),
             View::Str(text) if crate::chars::count(run.memory.text(text)) == 1 => {
                 write_text(&mut run.memory, text, &Spec { precision: None, ..spec })
             }
-            _ => Err(wrong(&run.memory, &"this form wants one character", value)),
+            _ => Err(wrong(&run.memory, Words::WantsText, value)),
         },
-        0 => run.memory.fail(&"the text ends behind %: write %% for a % sign"),
+        0 => run.memory.fail(Words::NoForm),
         form => Err(Fault::with(
             &run.memory,
-            &"there is no form of this letter behind %: write %% for a % sign",
+            Words::NoForm,
             About::Byte(form),
         )),
     }

@@ -4,7 +4,7 @@ mod numbers;
 mod reader;
 mod strings;
 
-use crate::fault::{About, Fault, Result};
+use crate::fault::{About, Fault, Result, Words};
 use crate::memory::{Memory, Text};
 use reader::Reader;
 
@@ -170,7 +170,7 @@ impl<'s> Lexer<'s> {
             }
             before = byte;
         }
-        memory.fail(&"a comment that begins with {# has no end: put #} behind it")
+        memory.fail(Words::CommentEnd)
     }
 
     fn end_of_tag(&mut self) -> Option<Token> {
@@ -195,7 +195,7 @@ impl<'s> Lexer<'s> {
             memory.push_byte(self.reader.take())?;
         }
         if !self.reader.peek(0).is_ascii() && !self.reader.is_blank() {
-            return memory.fail(&"a name may only have the letters a to z, digits and _");
+            return memory.fail(Words::NameLetters);
         }
         memory.intern(from).map(Token::Name)
     }
@@ -216,14 +216,14 @@ impl<'s> Lexer<'s> {
             b'(' | b'[' | b'{' => self.open_bracket(memory, first)?,
             b')' | b']' | b'}' => self.close_bracket(memory, first)?,
             b'+' | b'-' | b'*' | b'/' | b'%' | b'~' | b'=' | b'<' | b'>' | b'.' | b':' | b'|' | b',' | b';' => {}
-            _ => return Err(Fault::with(memory, &"this character has no meaning here", About::Byte(first))),
+            _ => return Err(Fault::with(memory, Words::Meaningless, About::Byte(first))),
         }
         Ok(Token::Sign(first))
     }
 
     fn open_bracket(&mut self, memory: &Memory<'_>, bracket: u8) -> Result<()> {
         let Some(place) = self.brackets.get_mut(self.open) else {
-            return memory.fail(&"too many brackets within brackets: put a part into a variable of its own");
+            return memory.fail(Words::Brackets);
         };
         *place = bracket;
         self.open += 1;
@@ -238,7 +238,7 @@ impl<'s> Lexer<'s> {
         };
         let last = self.open.checked_sub(1).and_then(|last| self.brackets.get(last));
         if last != Some(&opening) {
-            let words = &"this bracket closes none that is open: count the brackets";
+            let words = Words::BracketOpen;
             return Err(Fault::with(memory, words, About::Byte(bracket)));
         }
         self.open -= 1;
@@ -248,7 +248,7 @@ impl<'s> Lexer<'s> {
 
 fn data_token(memory: &mut Memory<'_>, from: usize) -> Result<Token> {
     if core::str::from_utf8(memory.bytes(memory.text_since(from))).is_err() {
-        return memory.fail(&"the text is not UTF-8: save the file as UTF-8");
+        return memory.fail(Words::NotUtf8);
     }
     memory.intern(from).map(Token::Data)
 }

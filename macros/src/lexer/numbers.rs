@@ -58,23 +58,23 @@ fn digits(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
 fn real(memory: &Memory<'_>, text: &str) -> Result<Token> {
     match gcode::read_f64(text) {
         Some(value) if value.is_finite() => Ok(Token::Float(value)),
-        _ => memory.fail(&"a number of this size cannot be kept: write a smaller one"),
+        _ => memory.fail(Words::TooLarge),
     }
 }
 
 fn decimal(memory: &Memory<'_>, digits: &[u8]) -> Result<Token> {
     if digits.first() == Some(&b'0') && digits.iter().any(|digit| *digit != b'0') {
-        return memory.fail(&"a whole number may not begin with 0: leave it out");
+        return memory.fail(Words::LeadingZero);
     }
     if digits.is_empty() {
-        return memory.fail(&"a number is missing behind the point");
+        return memory.fail(Words::NumberMissing);
     }
     let add = |sum: i64, digit: &u8| sum.checked_mul(10)?.checked_add(i64::from(digit.wrapping_sub(b'0')));
     digits.iter().try_fold(0, add).map_or_else(|| memory.fail(TOO_LARGE), |value| Ok(Token::Int(value)))
 }
 
 /// Words about whole numbers beyond 64 bits.
-pub const TOO_LARGE: Words = &"whole numbers go up to 9223372036854775807: write a smaller one, or one with a point";
+pub const TOO_LARGE: Words = Words::TooLarge;
 
 fn whole(reader: &mut Reader<'_>, memory: &Memory<'_>, base: u32) -> Result<Token> {
     let mut value: i64 = 0;

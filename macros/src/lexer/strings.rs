@@ -1,6 +1,6 @@
 //! Strings in quotes, with the escapes of Python.
 
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::lexer::Token;
 use crate::lexer::reader::Reader;
 use crate::memory::Memory;
@@ -11,7 +11,7 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<Token> {
     let quote = reader.take();
     loop {
         if reader.is_at_end() {
-            return memory.fail(&"a string has no end: put its quote behind it");
+            return memory.fail(Words::StringEnd);
         }
         match reader.take() {
             byte if byte == quote => break,
@@ -20,7 +20,7 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<Token> {
         }
     }
     if core::str::from_utf8(memory.bytes(memory.text_since(from))).is_err() {
-        return memory.fail(&"the text is not UTF-8: save the file as UTF-8");
+        return memory.fail(Words::NotUtf8);
     }
     memory.intern(from).map(Token::Str)
 }
@@ -41,7 +41,7 @@ fn escape(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
         b'x' => hex(reader, memory, 2)?,
         b'u' => hex(reader, memory, 4)?,
         b'U' => hex(reader, memory, 8)?,
-        b'N' => return memory.fail(&"characters by name are not known: write the character itself"),
+        b'N' => return memory.fail(Words::CharacterName),
         _ => {
             memory.push_byte(b'\\')?;
             return memory.push_byte(byte);
@@ -65,10 +65,10 @@ fn hex(reader: &mut Reader<'_>, memory: &Memory<'_>, count: usize) -> Result<cha
     let mut value: u32 = 0;
     for _ in 0..count {
         let Some(digit) = crate::chars::digit(reader.peek(0), 16) else {
-            return memory.fail(&"an escape with x, u or U has too few digits");
+            return memory.fail(Words::EscapeShort);
         };
         reader.take();
         value = value.wrapping_mul(16).wrapping_add(digit);
     }
-    char::from_u32(value).map_or_else(|| memory.fail(&"there is no character of this number"), Ok)
+    char::from_u32(value).map_or_else(|| memory.fail(Words::NoCharacter), Ok)
 }

@@ -1,7 +1,7 @@
 //! Methods of dicts, and how dicts are filled.
 
 use crate::arguments::{Arguments, Bound, needed};
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::memory::Block;
 use crate::names::OfDict;
 use crate::run::containers::fixed;
@@ -15,7 +15,7 @@ pub fn call(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -
         OfDict::Get => Ok(member(run, dict, needed(run, first)?)?.unwrap_or(second.unwrap_or(Value::NONE))),
         OfDict::Item => match member(run, dict, needed(run, first)?)? {
             Some(value) => Ok(value),
-            None => run.memory.fail(&"the dict has no such key: use get"),
+            None => run.memory.fail(Words::NoKey),
         },
         OfDict::Contains => order::contains(run, needed(run, first)?, dict).map(Value::bool),
         OfDict::Length => Ok(Value::count(run.length(dict).unwrap_or(0))),
@@ -32,7 +32,7 @@ fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value
         (View::Object(object), View::Str(name)) => run.kept_member(object, name),
         (View::Map(_, head), _) => {
             if !order::is_hashable(run, key) {
-                return Err(wrong(&run.memory, &"this cannot be the key of a dict", key));
+                return Err(wrong(&run.memory, Words::NotHashable, key));
             }
             Ok(run.find(head, key)?.map(|at| run.memory.value(at + SIZE)))
         }
@@ -80,14 +80,14 @@ fn change(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> 
             Ok(Value::NONE)
         }
         OfDict::PopItem => {
-            let Some(last) = block.len.checked_sub(1) else { return run.memory.fail(&"the dict is empty") };
+            let Some(last) = block.len.checked_sub(1) else { return run.memory.fail(Words::NoKey) };
             let (key, value) = run.entry(dict, last)?;
             run.memory.set_block(head, Block { len: last, ..block });
             run.seq(Seq::Tuple, &[key, value])
         }
         _ => {
             let Some(at) = run.find(head, needed(run, first)?)? else {
-                return second.map_or_else(|| run.memory.fail(&"the dict has no such key: give a second value to pop"), Ok);
+                return second.map_or_else(|| run.memory.fail(Words::NoKey), Ok);
             };
             let value = run.memory.value(at + SIZE);
             run.memory.rotate(at, block.data + block.len * 2 * SIZE, 2 * SIZE);
@@ -109,7 +109,7 @@ pub fn update(run: &mut Run<'_, '_>, dict: Value, arguments: Arguments) -> Resul
 pub fn fill(run: &mut Run<'_, '_>, head: u16, arguments: Arguments) -> Result<()> {
     let positions = arguments.positions(run);
     if positions > 1 {
-        return run.memory.fail(&"one dict or list of pairs is taken, not more");
+        return run.memory.fail(Words::TooManyArguments);
     }
     if let Some(from) = arguments.position(run, 0) {
         run.put_all(head, from)?;

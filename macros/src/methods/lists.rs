@@ -59,7 +59,7 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -
             run.memory.set_value(block.data + at * SIZE, value);
             run.keep();
         }
-        _ => return run.memory.fail(&"this function of lists is not known: use the filter sort"),
+        _ => return run.memory.fail(Words::ListSort),
     }
     Ok(Value::NONE)
 }
@@ -75,7 +75,7 @@ fn append(run: &mut Run<'_, '_>, head: u16, value: Value) -> Result<()> {
     Ok(())
 }
 
-const NO_ELEMENT: Words = &"the list has no element of this number";
+const NO_ELEMENT: Words = Words::NoElement;
 
 /// Place of an element by its number, from the end if negative.
 fn place(run: &Run<'_, '_>, index: i64, length: usize, may_be_outside: bool) -> Result<usize> {
@@ -110,5 +110,5 @@ fn search(run: &mut Run<'_, '_>, list: Value, value: Value, counts: bool) -> Res
             count += 1;
         }
     }
-    if counts { Ok(Value::count(count)) } else { run.memory.fail(&"the value is not in the list: ask with in before") }
+    if counts { Ok(Value::count(count)) } else { run.memory.fail(Words::NotInList) }
 }

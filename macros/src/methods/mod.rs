@@ -5,7 +5,7 @@ mod lists;
 mod strings;
 
 use crate::arguments::Arguments;
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::memory::Text;
 use crate::names::{self, OfDict, OfList, OfString};
 use crate::run::{Run, undefined, wrong};
@@ -23,7 +23,7 @@ pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Argument
         if let View::Function(number) = attribute.view() {
             return crate::functions::call(run, number, arguments);
         }
-        return Err(wrong(&run.memory, &"this cannot be called", attribute));
+        return Err(wrong(&run.memory, Words::NotCallable, attribute));
     };
     let parameters = names::parameters(names::methods(value), method);
     if parameters == b"*" {
@@ -47,12 +47,12 @@ pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Argument
 
 fn of_loop(run: &mut Run<'_, '_>, place: u16, name: Text, arguments: Arguments) -> Result<Value> {
     if !run.memory.is(name, "cycle") {
-        return Err(Fault::about(&run.memory, &"a loop has cycle and no other function", name));
+        return Err(Fault::about(&run.memory, Words::LoopOnlyCycles, name));
     }
     let count = arguments.positions(run);
     if count == 0 {
-        return Err(run.memory.fault(&"cycle wants values to take turns"));
+        return Err(run.memory.fault(Words::ArgumentMissing));
     }
     let (turn, _) = run.turn(place);
-    arguments.position(run, turn as usize % count).ok_or(run.memory.fault(&"cycle wants values without names"))
+    arguments.position(run, turn as usize % count).ok_or(run.memory.fault(Words::ArgumentMissing))
 }

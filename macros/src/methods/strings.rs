@@ -2,7 +2,7 @@
 
 use crate::arguments::{Bound, needed, optional_text as optional, text as string, whole};
 use crate::chars;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::filters::strings::center;
 use crate::memory::Text;
 use crate::names::OfString;
@@ -77,7 +77,7 @@ fn search(run: &mut Run<'_, '_>, text: Text, method: OfString, part: Text) -> Re
     };
     match found {
         Some(at) => Ok(Value::count(crate::chars::count(string.get(..at).unwrap_or_default()))),
-        None if method == OfString::Index => run.memory.fail(&"the text is not in the string: ask with in before"),
+        None if method == OfString::Index => run.memory.fail(Words::NotInList),
         None => Ok(Value::small(-1)),
     }
 }
@@ -98,7 +98,7 @@ fn has_end(run: &mut Run<'_, '_>, text: Text, end: Value, is_start: bool) -> Res
             }
             Ok(false)
         }
-        _ => Err(wrong(&run.memory, &"a string is wanted here", end)),
+        _ => Err(wrong(&run.memory, Words::WantsText, end)),
     }
 }
 
@@ -106,7 +106,7 @@ fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, mo
     if most < 0 {
         return run.split(text, separator, most);
     }
-    let Some(separator) = separator else { return run.memory.fail(&"rsplit with a count wants the text between the parts") };
+    let Some(separator) = separator else { return run.memory.fail(Words::EmptySeparator) };
     let all = run.split(text, Some(separator), -1)?;
     let extra = run.length(all).unwrap_or(0) as i64 - 1 - most;
     if extra <= 0 {
@@ -145,7 +145,7 @@ fn justify(run: &mut Run<'_, '_>, text: Text, method: OfString, width: Option<Va
     if let Some(fill) = optional(run, fill)? {
         let mut chars = run.memory.text(fill).chars();
         let (Some(char), None) = (chars.next(), chars.next()) else {
-            return run.memory.fail(&"what fills has to be one character");
+            return run.memory.fail(Words::OneCharacter);
         };
         fill_char = char;
     }
@@ -161,7 +161,7 @@ fn justify(run: &mut Run<'_, '_>, text: Text, method: OfString, width: Option<Va
 fn partition(run: &mut Run<'_, '_>, text: Text, separator: Text, from_end: bool) -> Result<Value> {
     let (string, part) = (run.memory.text(text), run.memory.text(separator));
     if part.is_empty() {
-        return run.memory.fail(&"a string cannot be split by an empty one");
+        return run.memory.fail(Words::EmptySeparator);
     }
     let found = if from_end { chars::find_last(string, part) } else { chars::find(string, part, 0) };
     let empty = text.part(0, 0);

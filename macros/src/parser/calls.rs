@@ -2,7 +2,7 @@
 
 use super::Parser;
 use crate::code::Op;
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::lexer::{self, Token};
 use crate::memory::Text;
 use crate::names::{self, Filter, Test};
@@ -22,7 +22,7 @@ impl Parser<'_, '_, '_> {
         let mut has_names = false;
         while self.token != Token::Sign(b')') {
             if count > 0 {
-                self.expect(Token::Sign(b','), &"a , or ) is missing before this")?;
+                self.expect(Token::Sign(b','), Words::CommaOrParenthesis)?;
                 if self.token == Token::Sign(b')') {
                     break;
                 }
@@ -43,7 +43,7 @@ impl Parser<'_, '_, '_> {
                 self.emit_word(Op::Keyword, name.at() as u16)?;
                 has_names = true;
             } else if has_names {
-                return self.memory.fail(&"arguments without a name have to stand before those with one");
+                return self.memory.fail(Words::NamesLast);
             } else {
                 self.expression()?;
             }
@@ -73,16 +73,16 @@ impl Parser<'_, '_, '_> {
     /// A filter behind its `|`.
     pub fn filter(&mut self) -> Result<()> {
         self.advance()?;
-        let name = self.expect_name(&"the name of a filter is missing before this")?;
+        let name = self.expect_name(Words::NameMissing)?;
         let mut is_known = true;
         while self.skip_sign(b'.')? {
-            self.expect_name(&"a name is missing behind the point")?;
+            self.expect_name(Words::NameMissing)?;
             is_known = false;
         }
         let count = if self.token == Token::Sign(b'(') { self.arguments()? } else { 0 };
         match names::find(Filter::NAMES, self.memory.bytes(name)) {
             Some(number) if is_known => self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8),
-            _ => self.unknown(Fault::about(self.memory, &"there is no filter of this name", name), name),
+            _ => self.unknown(Fault::about(self.memory, Words::NoFilter, name), name),
         }
     }
 
@@ -97,12 +97,12 @@ impl Parser<'_, '_, '_> {
     fn test(&mut self) -> Result<()> {
         self.advance()?;
         let is_negated = self.skip_name("not")?;
-        let name = self.expect_name(&"the name of a test is missing behind is")?;
+        let name = self.expect_name(Words::NameMissing)?;
         let count = match self.token {
             Token::Sign(b'(') => self.arguments()?,
             Token::Name(next) if matches!(self.memory.bytes(next), b"else" | b"or" | b"and") => 0,
             Token::Name(next) if self.memory.is(next, "is") => {
-                return self.memory.fail(&"two tests cannot follow each other: put the first in parentheses");
+                return self.memory.fail(Words::TwoTests);
             }
             Token::Name(_) | Token::Str(_) | Token::Int(_) | Token::Float(_) | Token::Sign(b'[' | b'{') => {
                 self.primary()?;
@@ -113,7 +113,7 @@ impl Parser<'_, '_, '_> {
         };
         match names::find(Test::NAMES, self.memory.bytes(name)) {
             Some(number) => self.emit_word(Op::Test, u16::from(number) | u16::from(count) << 8)?,
-            None => self.unknown(Fault::about(self.memory, &"there is no test of this name", name), name)?,
+            None => self.unknown(Fault::about(self.memory, Words::NoTest, name), name)?,
         }
         if is_negated { self.emit(Op::Not) } else { Ok(()) }
     }

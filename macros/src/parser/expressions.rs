@@ -2,7 +2,7 @@
 
 use super::Parser;
 use crate::code::Op;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::lexer::{self, Token};
 
 /// Precedences, the weakest first.
@@ -42,7 +42,7 @@ impl Parser<'_, '_, '_> {
             is_tuple = true;
         }
         if count == 0 && !form.in_parentheses {
-            return Err(self.unexpected(&"a value is missing here"));
+            return Err(self.unexpected(Words::ValueMissing));
         }
         if is_tuple || count == 0 {
             self.emit_word(Op::Tuple, count)?;

@@ -135,7 +135,7 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
     fn deeper(&mut self) -> Result<()> {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return self.memory.fail(&"an expression of too many parts: put some into variables of their own");
+            return self.memory.fail(Words::Brackets);
         }
         Ok(())
     }

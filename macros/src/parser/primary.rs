@@ -3,7 +3,7 @@
 use super::Parser;
 use super::expressions::Form;
 use crate::code::Op;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::lexer::Token;
 use crate::memory::Text;
 
@@ -33,11 +33,11 @@ impl Parser<'_, '_, '_> {
             Token::Sign(b'(') => {
                 self.advance()?;
                 self.tuple(Form { in_parentheses: true, is_bare: false })?;
-                self.expect(Token::Sign(b')'), &"a ) is missing before this")
+                self.expect(Token::Sign(b')'), Words::ParenthesisMissing)
             }
             Token::Sign(b'[') => self.list(),
             Token::Sign(b'{') => self.dict(),
-            _ => Err(self.unexpected(&"a value is missing before this")),
+            _ => Err(self.unexpected(Words::ValueMissing)),
         }
     }
 
@@ -66,7 +66,7 @@ impl Parser<'_, '_, '_> {
         let mut count = 0;
         while self.token != Token::Sign(b']') {
             if count > 0 {
-                self.expect(Token::Sign(b','), &"a , or ] is missing before this")?;
+                self.expect(Token::Sign(b','), Words::CommaOrBracket)?;
             }
             if self.token == Token::Sign(b']') {
                 break;
@@ -83,13 +83,13 @@ impl Parser<'_, '_, '_> {
         let mut count = 0;
         while self.token != Token::Sign(b'}') {
             if count > 0 {
-                self.expect(Token::Sign(b','), &"a , or } is missing before this")?;
+                self.expect(Token::Sign(b','), Words::CommaOrBrace)?;
             }
             if self.token == Token::Sign(b'}') {
                 break;
             }
             self.expression()?;
-            self.expect(Token::Sign(b':'), &"a : is missing behind the key")?;
+            self.expect(Token::Sign(b':'), Words::ColonMissing)?;
             self.expression()?;
             count += 1;
         }
@@ -126,7 +126,7 @@ impl Parser<'_, '_, '_> {
                 self.integer(number)?;
                 self.emit(Op::Item)
             }
-            _ => Err(self.unexpected(&"a name or a number is missing behind the point")),
+            _ => Err(self.unexpected(Words::NameMissing)),
         }
     }
 
@@ -136,7 +136,7 @@ impl Parser<'_, '_, '_> {
         let mut is_slice = false;
         while self.token != Token::Sign(b']') {
             if count > 0 {
-                self.expect(Token::Sign(b','), &"a ] is missing before this")?;
+                self.expect(Token::Sign(b','), Words::BracketMissing)?;
             }
             is_slice |= self.index()?;
             count += 1;
@@ -146,7 +146,7 @@ impl Parser<'_, '_, '_> {
             return self.emit(if is_slice { Op::Slice } else { Op::Item });
         }
         if is_slice {
-            return self.memory.fail(&"a slice has to stand alone in its brackets");
+            return self.memory.fail(Words::SliceAlone);
         }
         self.emit_word(Op::Tuple, count)?;
         self.emit(Op::Item)

@@ -3,7 +3,7 @@
 use super::Parser;
 use super::expressions::Form;
 use crate::code::{self, Op};
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::lexer::Token;
 use crate::memory::{Memory, Text};
 
@@ -70,7 +70,7 @@ struct Stack {
 impl Stack {
     fn push(&mut self, memory: &Memory<'_>, open: Open) -> Result<()> {
         let Some(place) = self.list.get_mut(self.count) else {
-            return memory.fail(&"too many tags within tags: make a macro of its own of a part");
+            return memory.fail(Words::TooManyTags);
         };
         *place = Some(open);
         self.count += 1;
@@ -107,21 +107,21 @@ impl Parser<'_, '_, '_> {
                     self.tuple(Form::default())?;
                     self.emit(Op::Emit)?;
                     self.check_names()?;
-                    self.expect(Token::OutputEnd, &"a } is missing before this")?;
+                    self.expect(Token::OutputEnd, Words::OutputEnd)?;
                 }
                 Token::TagBegin => {
                     self.mark()?;
                     self.advance()?;
                     self.tag(&mut stack)?;
                     self.check_names()?;
-                    self.expect(Token::TagEnd, &"%} is missing before this")?;
+                    self.expect(Token::TagEnd, Words::TagEnd)?;
                 }
                 _ => break,
             }
         }
         if let Some(open) = stack.last() {
             self.place = open.place;
-            return self.memory.fail(&"the tag that begins here has no end: put {% endif %}, {% endfor %} or {% endset %}");
+            return self.memory.fail(Words::NoEnd);
         }
         self.emit(Op::End)
     }
@@ -139,7 +139,7 @@ impl Parser<'_, '_, '_> {
 
     fn tag(&mut self, stack: &mut Stack) -> Result<()> {
         let place = self.place;
-        let name = self.expect_name(&"the name of a tag is missing behind {%")?;
+        let name = self.expect_name(Words::NameMissing)?;
         let open = stack.last();
         match (self.memory.bytes(name), open.map(|open| open.kind)) {
             (b"if", _) => self.begin_if(stack, place),
@@ -155,9 +155,9 @@ impl Parser<'_, '_, '_> {
                 self.place = place;
                 let is_refused = REFUSED.iter().any(|word| self.memory.is(name, word));
                 let words = if is_refused {
-                    &"this tag of Jinja2 is not known here: call another G-code macro instead"
+                    Words::TagRefused
                 } else {
-                    &"this tag does not fit here: each if, for and set needs its own end, in turn"
+                    Words::TagMisplaced
                 };
                 Err(Fault::about(self.memory, words, name))
             }
@@ -209,7 +209,7 @@ impl Parser<'_, '_, '_> {
     fn begin_for(&mut self, stack: &mut Stack, place: (u16, u16)) -> Result<()> {
         let targets = self.targets(true)?;
         if !self.skip_name("in")? {
-            return Err(self.unexpected(&"in is missing before this"));
+            return Err(self.unexpected(Words::InMissing));
         }
         self.tuple(Form { is_bare: true, in_parentheses: false })?;
         self.emit(Op::ForBegin)?;
@@ -225,7 +225,7 @@ impl Parser<'_, '_, '_> {
             self.emit(Op::Drop)?;
         }
         if self.at_name("recursive") {
-            return self.memory.fail(&"loops that call themselves are not known: write one loop in another");
+            return self.memory.fail(Words::Recursive);
         }
         let from = self.memory.top;
         self.memory.push_bytes(b"loop")?;
@@ -273,14 +273,14 @@ impl Parser<'_, '_, '_> {
     fn set(&mut self, stack: &mut Stack, place: (u16, u16)) -> Result<()> {
         let targets = self.targets(false)?;
         if stack.has_loop() && targets.has(self.memory, "loop") {
-            return self.memory.fail(&"loop cannot be set within a loop: take another name");
+            return self.memory.fail(Words::LoopName);
         }
         if self.skip_sign(b'=')? {
             self.tuple(Form::default())?;
             return self.store(&targets);
         }
         if self.token == Token::Sign(b'|') {
-            return self.memory.fail(&"a filter cannot stand here: put it into the text that follows");
+            return self.memory.fail(Words::FilterOfSet);
         }
         self.emit(Op::CaptureBegin)?;
         let was_soft = self.is_soft;
@@ -302,16 +302,16 @@ impl Parser<'_, '_, '_> {
         let mut targets = Targets::default();
         let in_parentheses = self.skip_sign(b'(')?;
         while !targets.is_tuple || !(self.at_name("in") || matches!(self.token, Token::Sign(b'=' | b')'))) {
-            let name = self.expect_name(&"the name of a variable is missing before this")?;
+            let name = self.expect_name(Words::NameMissing)?;
             let mut member = Text::default();
             if !is_loop && self.skip_sign(b'.')? {
-                member = self.expect_name(&"a name is missing behind the point")?;
+                member = self.expect_name(Words::NameMissing)?;
             }
             if is_constant(self.memory.bytes(name)) || is_loop && self.memory.is(name, "loop") {
-                return Err(Fault::about(self.memory, &"nothing can be stored in this: take another name", name));
+                return Err(Fault::about(self.memory, Words::NoTarget, name));
             }
             let Some(place) = targets.list.get_mut(targets.count) else {
-                return self.memory.fail(&"too many names before the value");
+                return self.memory.fail(Words::TooManyNames);
             };
             *place = (name.at() as u16, member.at() as u16);
             targets.count += 1;
@@ -321,7 +321,7 @@ impl Parser<'_, '_, '_> {
             targets.is_tuple = true;
         }
         if in_parentheses {
-            self.expect(Token::Sign(b')'), &"a ) is missing before this")?;
+            self.expect(Token::Sign(b')'), Words::ParenthesisMissing)?;
         }
         Ok(targets)
     }

@@ -4,7 +4,7 @@ use core::cmp::Ordering;
 
 use super::Machine;
 use crate::code::Op;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::run::order::{Number, contains, equal, number, order};
 use crate::run::{Run, numbers, wrong};
 use crate::value::{DEEPEST, Value};
@@ -75,6 +75,6 @@ fn sign(run: &mut Run<'_, '_>, value: Value, is_negative: bool) -> Result<Value>
     match number(&run.memory, value) {
         Some(Number::Int(int)) => run.memory.int(if is_negative { int.wrapping_neg() } else { int }),
         Some(Number::Float(float)) => Ok(Value::float(if is_negative { -float } else { float })),
-        None => Err(wrong(&run.memory, &"no number: make one with |int or |float before its sign is changed", value)),
+        None => Err(wrong(&run.memory, Words::WantsNumber, value)),
     }
 }

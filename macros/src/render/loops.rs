@@ -2,7 +2,7 @@
 
 use super::Machine;
 use crate::code::Op;
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::memory::{Text, Use};
 use crate::run::containers::LOOP_PLACES;
 use crate::run::wrong;
@@ -33,7 +33,7 @@ impl Machine<'_, '_> {
                 let View::Map(Map::Namespace, head) = self.variable(name)?.view() else {
                     return Err(Fault::about(
                         &self.run.memory,
-                        &"only members of a namespace can be set: make one with namespace()",
+                        Words::OnlyNamespaces,
                         name,
                     ));
                 };
@@ -81,7 +81,7 @@ impl Machine<'_, '_> {
         let value = self.run.memory.pop();
         let length = self.run.iterate(value)?;
         if length != count {
-            return self.run.memory.fail(&"the value has another number of parts than there are names");
+            return self.run.memory.fail(Words::OtherCount);
         }
         for index in (0..count).rev() {
             let part = self.run.element(value, index)?;

@@ -6,7 +6,7 @@ mod loops;
 use crate::arguments::Arguments;
 use crate::code::Op;
 use crate::environment::Environment;
-use crate::fault::{Error, Fault, Result};
+use crate::fault::{Error, Fault, Result, Words};
 use crate::lexer::Lexer;
 use crate::memory::{Memory, Text, Use};
 use crate::names::{self, Function};
@@ -131,7 +131,7 @@ impl Machine<'_, '_> {
                 _ => self.compute(op)?,
             }
         }
-        self.run.memory.fail(&"the macro takes too long: make its loops shorter")
+        self.run.memory.fail(Words::TooSlow)
     }
 
     fn byte(&mut self) -> u8 {
@@ -160,7 +160,7 @@ impl Machine<'_, '_> {
             let about = crate::fault::About::Number(self.output.len());
             return Err(Fault::with(
                 &self.run.memory,
-                &"bytes of lines are the most that a macro may have: make it shorter",
+                Words::NoOutput,
                 about,
             ));
         };
@@ -277,7 +277,7 @@ impl Machine<'_, '_> {
     fn call(&mut self, op: Op) -> Result<()> {
         if op == Op::Unknown {
             let name = self.string();
-            return Err(Fault::about(&self.run.memory, &"there is no filter or test of this name", name));
+            return Err(Fault::about(&self.run.memory, Words::NoFilterOrTest, name));
         }
         let (word, count) = match op {
             Op::Method => (self.word(), self.byte()),
@@ -295,7 +295,7 @@ impl Machine<'_, '_> {
             (Op::Method, _) => crate::methods::call(run, subject, run.memory.interned(word), arguments)?,
             (_, View::Function(number)) => crate::functions::call(run, number, arguments)?,
             (_, View::Undefined(name)) => return Err(undefined(&run.memory, name)),
-            _ => return Err(wrong(&run.memory, &"this cannot be called", subject)),
+            _ => return Err(wrong(&run.memory, Words::NotCallable, subject)),
         };
         self.run.memory.cut(first.saturating_sub(1));
         self.run.memory.push(result)

@@ -2,7 +2,7 @@
 
 use super::{Run, order, wrong};
 use crate::environment::Kind;
-use crate::fault::{Fault, Result};
+use crate::fault::{Fault, Result, Words};
 use crate::memory::Text;
 use crate::names::{self, OfLoop};
 use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View, types};
@@ -27,7 +27,7 @@ impl Run<'_, '_> {
     /// Writes an entry of a dict.
     pub fn put(&mut self, head: u16, key: Value, value: Value) -> Result<()> {
         if !order::is_hashable(self, key) {
-            return Err(wrong(&self.memory, &"this cannot be the key of a dict", key));
+            return Err(wrong(&self.memory, Words::NotHashable, key));
         }
         let at = match self.find(head, key)? {
             Some(at) => at,
@@ -69,7 +69,7 @@ impl Run<'_, '_> {
         for index in 0..self.iterate(from)? {
             let pair = self.element(from, index)?;
             if self.iterate(pair)? != 2 {
-                return self.memory.fail(&"a dict is made of pairs of a key and a value");
+                return self.memory.fail(Words::Pairs);
             }
             let (key, value) = (self.element(pair, 0)?, self.element(pair, 1)?);
             self.put(head, key, value)?;
@@ -187,7 +187,7 @@ impl Run<'_, '_> {
         let length = self.loop_length(place).unwrap_or(0) as i32;
         let Some(number) = names::find(OfLoop::NAMES, self.memory.bytes(name)) else { return Ok(Value::undefined(name)) };
         if number >= OfLoop::Last as u8 && turn + 1 != next {
-            return self.memory.fail(&"a loop with if does not know its end: make a list with select before it");
+            return self.memory.fail(Words::LoopEnd);
         }
         let value = self.memory.at(usize::from(place));
         Ok(match OfLoop::from_number(number) {
@@ -210,5 +210,5 @@ impl Run<'_, '_> {
 
 /// The fault that something of the machine's would be changed.
 pub fn fixed(run: &Run<'_, '_>) -> Fault {
-    run.memory.fault(&"values of the printer cannot be changed: make a copy with |list, or dict(...), first")
+    run.memory.fault(Words::Fixed)
 }

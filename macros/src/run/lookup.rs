@@ -9,7 +9,7 @@ use crate::names;
 use crate::value::{Map, SIZE, Seq, Value, View, types};
 
 /// Words about a value that cannot be gone through.
-pub const NOT_ITERABLE: Words = &"this cannot be gone through: a list, dict, string or range can";
+pub const NOT_ITERABLE: Words = Words::NotIterable;
 
 impl Run<'_, '_> {
     /// Whether a value counts as true.
@@ -72,7 +72,7 @@ impl Run<'_, '_> {
             return Err(wrong(&self.memory, NOT_ITERABLE, value));
         }
         match self.length(value).unwrap_or(0) {
-            length if length > usize::from(u16::MAX) => self.memory.fail(&"a range of more than 65535 numbers is too long here"),
+            length if length > usize::from(u16::MAX) => self.memory.fail(Words::LongRange),
             length => Ok(length),
         }
     }
@@ -159,13 +159,13 @@ impl Run<'_, '_> {
     /// A part of a sequence: `value[from:to:step]`.
     pub fn slice(&mut self, value: Value, bounds: [Value; 3]) -> Result<Value> {
         if !value.is(types::INDEXED) {
-            return Err(wrong(&self.memory, &"this has no slices: a list, tuple or string has", value));
+            return Err(wrong(&self.memory, Words::NoSlices, value));
         }
         let length = self.length(value).unwrap_or(0) as i64;
         let [from, to, step] = bounds;
         let step = self.bound(step)?.unwrap_or(1);
         if step == 0 {
-            return self.memory.fail(&"the step of a slice may not be 0");
+            return self.memory.fail(Words::ZeroStep);
         }
         let (least, most) = if step < 0 { (-1, length - 1) } else { (0, length) };
         let clamp = |bound: i64| (if bound < 0 { bound.saturating_add(length) } else { bound }).max(least).min(most);

@@ -139,5 +139,5 @@ pub fn wrong(memory: &Memory<'_>, words: Words, value: Value) -> Fault {
 /// The fault that something is used that is not there.
 #[inline(never)]
 pub fn undefined(memory: &Memory<'_>, name: Text) -> Fault {
-    Fault::about(memory, &"this is not there: correct the name, or put |default(...) behind it", name)
+    Fault::about(memory, Words::Undefined, name)
 }

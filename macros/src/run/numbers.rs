@@ -7,9 +7,9 @@ use crate::fault::{Fault, Result, Words};
 use crate::memory::Memory;
 use crate::value::{Seq, Value, types};
 
-const OVERFLOW: Words = &"the result is beyond 64 bits: calculate with a point, as in 1.0";
-const BY_ZERO: Words = &"nothing can be divided by zero";
-const NO_ARITHMETIC: Words = &"no number: make one with |int or |float before it is calculated with";
+const OVERFLOW: Words = Words::Overflow;
+const BY_ZERO: Words = Words::ZeroDivision;
+const NO_ARITHMETIC: Words = Words::WantsNumber;
 
 /// Result of an operator with two sides.
 pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Value> {
@@ -103,10 +103,10 @@ fn floor_division(a: f64, b: f64) -> (f64, f64) {
 
 fn power(memory: &Memory<'_>, a: f64, b: f64) -> Result<Value> {
     if a == 0.0 && b < 0.0 {
-        return memory.fail(&"zero has no negative power");
+        return memory.fail(Words::ZeroDivision);
     }
     if a < 0.0 && a.is_finite() && b.is_finite() && b != libm::trunc(b) {
-        return memory.fail(&"a negative number has only whole powers");
+        return memory.fail(Words::WholePower);
     }
     // Where one rounding does, the result is exact to the last digit, as that of the desk is.
     let result = match b {
@@ -115,7 +115,7 @@ fn power(memory: &Memory<'_>, a: f64, b: f64) -> Result<Value> {
         _ => libm::pow(a, b),
     };
     if result.is_infinite() && a.is_finite() && b.is_finite() {
-        return memory.fail(&"the result is too large");
+        return memory.fail(Words::Overflow);
     }
     Ok(Value::float(result))
 }
@@ -137,7 +137,7 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
         }
         _ => {
             let has_text = a.text().is_some() || b.text().is_some();
-            let words = if has_text { &"this cannot be added to a string: join them with ~" } else { NO_ARITHMETIC };
+            let words = if has_text { Words::AddToText } else { NO_ARITHMETIC };
             let is_first = number(&run.memory, a).is_some() || a.text().is_some();
             Err(wrong(&run.memory, words, if is_first { b } else { a }))
         }

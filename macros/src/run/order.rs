@@ -9,7 +9,7 @@ use crate::memory::Memory;
 use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View, types, tag};
 
 /// Words about a value that a dict cannot have as a key.
-pub const NO_KEY: Words = &"this cannot be the key of a dict";
+pub const NO_KEY: Words = Words::NotHashable;
 
 /// A value as a number, if it is one.
 #[derive(Clone, Copy, Debug)]
@@ -144,9 +144,9 @@ pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Opt
     let are = |types| a.is(types) && b.is(types);
     if !are(types::LIST) && !are(types::TUPLE) {
         let words: Words = if a.text().is_some() || b.text().is_some() {
-            &"a string and this have no order: make a number of the string with |int or |float"
+            Words::TextOrder
         } else {
-            &"these have no order: compare numbers with numbers and strings with strings"
+            Words::NoOrder
         };
         let subject = if a.text().is_some() { b } else { a };
         return Err(Fault::of(&run.memory, words, subject.kind()));
@@ -166,7 +166,7 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
     match holder.view() {
         View::Str(text) => {
             let Some(part) = value.text() else {
-                return Err(wrong(&run.memory, &"only a string can be in a string: put |string behind it", value));
+                return Err(wrong(&run.memory, Words::WantsText, value));
             };
             Ok(crate::chars::find(run.memory.text(text), run.memory.text(part), 0).is_some())
         }

@@ -3,7 +3,7 @@
 use super::{Run, wrong};
 use crate::digits::{Integer, Shortest};
 use crate::environment::Kind;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::memory::{Memory, Text};
 use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View};
 
@@ -45,14 +45,14 @@ impl Run<'_, '_> {
             View::Float(float) => write_float(&mut self.memory, float),
             View::Str(text) => self.write_quoted(text),
             View::Seq(Seq::Once, _) => {
-                self.memory.fail(&"the result of a filter has to be made a list first: put |list behind it")
+                self.memory.fail(Words::WantsList)
             }
             View::Seq(kind, head) => self.write_seq(kind, head, depth),
             View::Map(kind, head) => self.write_map(kind, head, depth),
             View::Range(at) => self.write_range(at),
             View::Object(object) if object.kind != Kind::Lookup => self.memory.fail(TOO_DEEP),
             View::Object(_) | View::Function(_) | View::Method | View::Loop(_) => {
-                Err(wrong(&self.memory, &"this has no text: write one of its members", value))
+                Err(wrong(&self.memory, Words::NoText, value))
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::Run;
 use crate::chars;
-use crate::fault::Result;
+use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::value::{SIZE, Seq, Value, View};
 
@@ -97,7 +97,7 @@ impl Run<'_, '_> {
     pub fn split(&mut self, text: Text, separator: Option<Text>, most: i64) -> Result<Value> {
         let Some(separator) = separator else { return self.split_blanks(text, most) };
         if separator.len() == 0 {
-            return self.memory.fail(&"a string cannot be split by an empty one: give the text between its parts");
+            return self.memory.fail(Words::EmptySeparator);
         }
         let head = self.memory.new_block(0, SIZE)?;
         let mut left = if most < 0 { i64::MAX } else { most };
@@ -170,7 +170,7 @@ impl Run<'_, '_> {
             }
             let element = self.element(values, index)?;
             if is_strict && !matches!(element.view(), View::Str(_)) {
-                return Err(super::wrong(&self.memory, &"only strings can be joined so: use the filter join", element));
+                return Err(super::wrong(&self.memory, Words::TextsToJoin, element));
             }
             let text = self.text_of(element)?;
             joined = if index == 0 { self.memory.copy_text(text)? } else { self.memory.extend(joined, text)? };
