@@ -122,12 +122,12 @@ pub fn emit_word(memory: &mut Memory<'_>, op: Op, word: u16) -> Result<()> {
 }
 
 /// Appends a jump; returns where its distance is to be written.
-pub fn emit_jump(memory: &mut Memory<'_>, op: Op) -> Result<usize> {
+pub fn emit_jump(memory: &mut Memory<'_>, op: Op) -> Result<u16> {
     emit_word(memory, op, 0)?;
-    Ok(memory.top - 2)
+    Ok((memory.top - 2) as u16)
 }
 
 /// Leads a jump to a place.
-pub fn lead(memory: &mut Memory<'_>, operand: usize, to: usize) {
-    memory.set_word(operand, (to as u16).wrapping_sub(operand as u16 + 2));
+pub fn lead(memory: &mut Memory<'_>, operand: u16, to: u16) {
+    memory.set_word(usize::from(operand), to.wrapping_sub(operand + 2));
 }

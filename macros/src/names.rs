@@ -6,6 +6,7 @@ use crate::value::{Value, types};
 /// blanks between them (`*` takes any), and `;`.
 pub type Table = &'static str;
 
+/// Makes an enum of names, and their table.
 macro_rules! names {
     ($(#[$doc:meta])* $kind:ident: $($name:ident $first:literal $(or $more:literal)* ($parameters:literal),)*) => {
         $(#[$doc])*
@@ -14,7 +15,7 @@ macro_rules! names {
 
         impl $kind {
             /// Names of the kind.
-            pub const NAMES: Table = concat!($($first, $("|", $more,)* " ", $parameters, ";",)*);
+            pub const NAMES: $crate::names::Table = concat!($($first, $("|", $more,)* " ", $parameters, ";",)*);
 
             /// The entry with a number; the first one for numbers beyond them.
             pub fn from_number(number: u8) -> Self {
@@ -24,6 +25,8 @@ macro_rules! names {
         }
     };
 }
+
+pub(crate) use names;
 
 names! {
     /// Filters of Jinja2.

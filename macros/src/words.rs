@@ -106,15 +106,12 @@ words! {
     NameMissing "a name is missing before this",
     TwoTests "two tests cannot follow each other: put the first in parentheses",
     SliceAlone "a slice has to stand alone in its brackets",
-    TooManyNames "too many names before the value",
     TooManyTags "too many tags within tags: make a macro of its own of a part",
     NoEnd "the tag that begins here has no end: put {% endif %}, {% endfor %} or {% endset %}",
     TagRefused "this tag of Jinja2 is not known here: call another G-code macro instead",
     TagMisplaced "this tag does not fit here: each if, for and set needs its own end, in turn",
     Recursive "loops that call themselves are not known: write one loop in another",
-    LoopName "loop cannot be set within a loop: take another name",
     NoTarget "nothing can be stored in this: take another name",
-    FilterOfSet "a filter cannot stand here: put it into the text that follows",
 }
 
 impl Words {

@@ -72,8 +72,8 @@ impl Parser<'_, '_, '_> {
         self.emit_jump(Op::Unless)?;
         let end = self.memory.top;
         self.memory.rotate(start, end, value);
-        let to_end = end - 2;
-        self.lead_here(end - value - 2);
+        let to_end = end as u16 - 2;
+        self.lead_here((end - value - 2) as u16);
         if self.skip_name("else")? {
             self.deeper()?;
             self.expression()?;
@@ -189,7 +189,7 @@ impl Parser<'_, '_, '_> {
     pub fn lead_all(&mut self, mut chain: u16) {
         while chain != 0 {
             let next = self.memory.word(usize::from(chain));
-            self.lead_here(usize::from(chain));
+            self.lead_here(chain);
             chain = next;
         }
     }

@@ -4,11 +4,14 @@ mod calls;
 mod expressions;
 mod primary;
 mod statements;
+mod tags;
+mod targets;
 
 use crate::code::{self, Op};
 use crate::fault::{About, Fault, Result, Words};
 use crate::lexer::{Lexer, Token};
 use crate::memory::{Memory, Text};
+use tags::Tags;
 
 /// Most expressions within expressions, each operator and each bracket one.
 const DEEPEST: u8 = 32;
@@ -22,6 +25,7 @@ pub struct Parser<'m, 'a, 's> {
     /// Line and column of the current token.
     pub place: (u16, u16),
     depth: u8,
+    tags: Tags,
     /// Whether a name of a filter may be wrong until it is used, as within `if`.
     is_soft: bool,
     /// Place in the code of a filter or test that does not exist, and its fault.
@@ -32,7 +36,17 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
     /// A parser that writes into memory.
     pub fn new(memory: &'m mut Memory<'a>, lexer: Lexer<'s>) -> Self {
         let token = Token::End;
-        Self { memory, lexer, token, ahead: None, place: (1, 1), depth: 0, is_soft: false, unknown: None }
+        Self {
+            memory,
+            lexer,
+            token,
+            ahead: None,
+            place: (1, 1),
+            depth: 0,
+            tags: Tags::NONE,
+            is_soft: false,
+            unknown: None,
+        }
     }
 
     fn advance(&mut self) -> Result<Token> {
@@ -122,14 +136,14 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
         code::emit_word(self.memory, op, word)
     }
 
-    fn emit_jump(&mut self, op: Op) -> Result<usize> {
+    fn emit_jump(&mut self, op: Op) -> Result<u16> {
         code::emit_jump(self.memory, op)
     }
 
     /// Leads a jump to the code that follows.
-    fn lead_here(&mut self, operand: usize) {
+    fn lead_here(&mut self, operand: u16) {
         let here = self.memory.top;
-        code::lead(self.memory, operand, here);
+        code::lead(self.memory, operand, here as u16);
     }
 
     fn deeper(&mut self) -> Result<()> {

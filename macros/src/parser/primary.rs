@@ -6,6 +6,13 @@ use crate::code::Op;
 use crate::fault::{Result, Words};
 use crate::lexer::Token;
 use crate::memory::Text;
+use crate::names::{self, names};
+
+names! {
+    /// Words that are values.
+    Constant:
+    None "none" or "None" (""), True "true" or "True" (""), False "false" or "False" (""),
+}
 
 impl Parser<'_, '_, '_> {
     /// A name, a literal, or an expression in parentheses.
@@ -13,11 +20,10 @@ impl Parser<'_, '_, '_> {
         match self.token {
             Token::Name(name) => {
                 self.advance()?;
-                match self.memory.bytes(name) {
-                    b"true" | b"True" => self.emit(Op::True),
-                    b"false" | b"False" => self.emit(Op::False),
-                    b"none" | b"None" => self.emit(Op::None),
-                    _ => self.emit_word(Op::Load, name.at() as u16),
+                match names::find(Constant::NAMES, self.memory.bytes(name)) {
+                    // Instructions of constants have the order of their names.
+                    Some(number) => self.memory.push_byte(Op::None as u8 + number),
+                    None => self.emit_word(Op::Load, name.at() as u16),
                 }
             }
             Token::Str(text) => self.strings(text),
