@@ -101,7 +101,11 @@ impl Arguments {
             }
         }
         if used < self.count {
-            return Err(Fault::of(&run.memory, Words::TooManyArguments, core::str::from_utf8(names).unwrap_or_default()));
+            return Err(Fault::of(
+                &run.memory,
+                Words::TooManyArguments,
+                core::str::from_utf8(names).unwrap_or_default(),
+            ));
         }
         Ok(bound)
     }

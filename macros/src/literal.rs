@@ -2,8 +2,8 @@
 
 use crate::fault::{Fault, Result, Words};
 use crate::lexer::{Lexer, Token};
-use crate::run::{numbers, order};
 use crate::memory::{Memory, Text};
+use crate::run::{numbers, order};
 use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View};
 
 /// Reads a literal into memory; fails if the text is none.

@@ -7,7 +7,7 @@
 use core::cell::Cell;
 
 use crate::fault::{About, Fault, Result, Words};
-use crate::value::{self, Value, View};
+use crate::value::{self, Value};
 
 /// Greatest memory: places are 16 bits.
 const MOST: usize = 0xffff;
@@ -207,12 +207,10 @@ impl<'a> Memory<'a> {
     /// The whole number that a value is; truth values are 0 and 1.
     #[inline(never)]
     pub fn whole(&self, value: Value) -> Option<i64> {
-        match value.view() {
-            View::Bool(is) => Some(i64::from(is)),
-            View::Int(int) => Some(int),
-            View::Long(at) => Some(self.eight(usize::from(at)) as i64),
-            _ => None,
+        if let Some(at) = value.as_long() {
+            return Some(self.eight(at) as i64);
         }
+        value.as_short().or_else(|| value.as_bool().map(i64::from))
     }
 
     /// Copies bytes to another place; the places may overlap if the other one comes first.

@@ -50,12 +50,8 @@ pub enum View {
     /// Nothing, with the name that led to it.
     Undefined(Text),
     None,
-    Bool(bool),
-    /// A whole number of up to 48 bits.
-    Int(i64),
-    /// A longer whole number, by its place in memory.
-    Long(u16),
-    Float(f64),
+    /// A truth value, a whole or a real number.
+    Number,
     Str(Text),
     Seq(Seq, u16),
     Map(Map, u16),
@@ -98,7 +94,6 @@ pub mod types {
     use super::tag;
 
     pub const UNDEFINED: u32 = 1 << tag::UNDEFINED;
-    pub const NONE: u32 = 1 << tag::NONE;
     pub const BOOL: u32 = 1 << tag::BOOL;
     pub const INT: u32 = 1 << tag::INT | 1 << tag::LONG;
     pub const FLOAT: u32 = 1 << tag::FLOAT;
@@ -110,9 +105,6 @@ pub mod types {
     /// Lists and tuples, in memory and of the machine's.
     pub const LIST: u32 = 1 << tag::SEQ | 1 << (tag::OBJECT + 2);
     pub const TUPLE: u32 = 1 << (tag::SEQ + 1) | 1 << (tag::OBJECT + 3);
-    /// What a dict's `keys`, `values` and `items` give.
-    pub const VIEW: u32 = 7 << (tag::SEQ + 2);
-    pub const VALUES: u32 = 1 << (tag::SEQ + 3);
     pub const ONCE: u32 = 1 << (tag::SEQ + 5);
     pub const SEQ: u32 = 0x3f << tag::SEQ;
     /// Dicts, in memory and of the machine's.
@@ -129,7 +121,6 @@ pub mod types {
 
 const INT: u32 = 0x1_0000;
 const FLOAT: u32 = 0x2_0000;
-
 
 impl Value {
     pub const NONE: Self = Self::new(tag::NONE, 0);
@@ -238,16 +229,12 @@ impl Value {
         let place = low as u16;
         let object = |kind| View::Object(Object { id: low, kind });
         match high {
-            FLOAT.. => View::Float(f64::from_bits(u64::from(high - FLOAT) << 32 | u64::from(low))),
-            INT.. => View::Int(i64::from(high as i16) << 32 | i64::from(low)),
             tag::UNDEFINED => View::Undefined(Text::from_bits(low)),
-            tag::BOOL => View::Bool(low != 0),
             tag::STR => View::Str(Text::from_bits(low)),
             tag::RANGE => View::Range(place),
             tag::FUNCTION => View::Function(low as u8),
             tag::METHOD => View::Method,
             tag::LOOP => View::Loop(place),
-            tag::LONG => View::Long(place),
             10 => View::Seq(Seq::List, place),
             11 => View::Seq(Seq::Tuple, place),
             12 => View::Seq(Seq::Keys, place),
@@ -260,8 +247,32 @@ impl Value {
             19 => object(Kind::Dict),
             20 => object(Kind::List),
             21 => object(Kind::Tuple),
-            _ => View::None,
+            tag::NONE => View::None,
+            _ => View::Number,
         }
+    }
+
+    /// The truth value that the value is.
+    pub fn as_bool(self) -> Option<bool> {
+        (self.high.get() == tag::BOOL).then_some(self.low != 0)
+    }
+
+    /// The whole number that the value is, if it is short.
+    pub fn as_short(self) -> Option<i64> {
+        let high = self.high.get();
+        (high & !0xffff == INT).then(|| i64::from(high as i16) << 32 | i64::from(self.low))
+    }
+
+    /// Place of the longer whole number that the value is.
+    pub fn as_long(self) -> Option<usize> {
+        (self.high.get() == tag::LONG).then_some(self.low as usize)
+    }
+
+    /// The real number that the value is.
+    #[inline(never)]
+    pub fn as_float(self) -> Option<f64> {
+        let high = self.high.get();
+        (high >= FLOAT).then(|| f64::from_bits(u64::from(high - FLOAT) << 32 | u64::from(self.low)))
     }
 
     pub fn is_undefined(self) -> bool {

@@ -9,7 +9,7 @@ use crate::fault::Result;
 use crate::names::{Filter, Test, find, parameters};
 use crate::run::order::{contains, equal, order};
 use crate::run::{Run, numbers};
-use crate::value::{DEEPEST, Value, View, types, tag};
+use crate::value::{DEEPEST, Value, View, tag, types};
 
 /// Whether a test holds.
 pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments) -> Result<bool> {
@@ -19,11 +19,11 @@ pub fn check(run: &mut Run<'_, '_>, test: u8, value: Value, arguments: Arguments
         Test::Defined => !matches!(value.view(), View::Undefined(_)),
         Test::Undefined => matches!(value.view(), View::Undefined(_)),
         Test::None => value.is_none(),
-        Test::Boolean => matches!(value.view(), View::Bool(_)),
+        Test::Boolean => value.is(types::BOOL),
         Test::False => value.words() == Value::bool(false).words(),
         Test::True => value.words() == Value::bool(true).words(),
-        Test::Integer => matches!(value.view(), View::Int(_)),
-        Test::Float => matches!(value.view(), View::Float(_)),
+        Test::Integer => value.is(types::INT),
+        Test::Float => value.is(types::FLOAT),
         Test::Number => value.is(types::NUMBER),
         Test::Text => matches!(value.view(), View::Str(_)),
         Test::Mapping => value.is(types::DICT),

@@ -44,9 +44,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
         Filter::Attr => attribute(run, value, first),
         Filter::Pprint => pretty::pretty(run, value),
         Filter::Length => match run.length(value) {
-            Some(length) if !value.is(types::ONCE | types::LOOKUP) => {
-                Ok(Value::count(length))
-            }
+            Some(length) if !value.is(types::ONCE | types::LOOKUP) => Ok(Value::count(length)),
             _ => Err(wrong(&run.memory, Words::NoLength, value)),
         },
         Filter::Min | Filter::Max | Filter::Sort | Filter::DictSort | Filter::Unique => {

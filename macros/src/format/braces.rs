@@ -6,7 +6,7 @@ use crate::fault::{Fault, Result, Words};
 use crate::memory::{Memory, Text};
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, wrong};
-use crate::value::{Value, View};
+use crate::value::{Value, types};
 
 const NO_END: Words = Words::BraceMissing;
 
@@ -152,36 +152,34 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
     let from = run.memory.top;
     let is_real = matches!(spec.form, b'e' | b'E' | b'f' | b'F' | b'g' | b'G' | b'%');
     let memory = &mut run.memory;
-    match (number_of(memory, value), value.view()) {
-        (_, View::Bool(is)) if spec.form == 0 => {
-            let start = memory.top;
-            memory.push_bytes(if is { b"True" } else { b"False" })?;
-            if spec.width > 0 {
-                memory.top = start;
-                return super::number::write_int(memory, i64::from(is), spec);
-            }
-            Ok(())
-        }
-        (Some(Number::Int(value)), _) if is_real => super::number::write_real(memory, value as f64, spec),
-        (Some(Number::Int(value)), _) if matches!(spec.form, 0 | b'd' | b'x' | b'X' | b'o' | b'b' | b'c' | b'n') => {
-            if spec.precision.is_some() {
-                return memory.fail(Words::FormMisfit);
-            }
-            super::number::write_int(memory, value, spec)
-        }
-        (Some(Number::Float(value)), _) => super::number::write_real(memory, value, spec),
-        (None, View::Str(text)) if matches!(spec.form, 0 | b's') => {
-            if spec.align == b'=' || spec.comma != 0 || spec.sign != b'-' {
-                return memory.fail(Words::FormMisfit);
-            }
-            write_text(memory, text, spec)
-        }
-        (None, View::Undefined(_)) if spec.form == 0 && spec.width == 0 => Ok(()),
-        (None, _) if spec.form == 0 && spec.width == 0 && value.text().is_none() => {
-            let text = run.text_of(value)?;
-            run.memory.close_gap(from, text.at());
-            Ok(())
-        }
-        _ => Err(wrong(&run.memory, Words::FormMisfit, value)),
+    if let Some(is) = value.as_bool()
+        && spec.form == 0
+        && spec.width == 0
+    {
+        return memory.push_bytes(if is { b"True" } else { b"False" });
     }
+    match number_of(memory, value) {
+        Some(Number::Float(float)) => return super::number::write_real(memory, float, spec),
+        Some(Number::Int(int)) if is_real => return super::number::write_real(memory, int as f64, spec),
+        Some(Number::Int(int))
+            if spec.precision.is_none() && matches!(spec.form, 0 | b'd' | b'x' | b'X' | b'o' | b'b' | b'c' | b'n') =>
+        {
+            return super::number::write_int(memory, int, spec);
+        }
+        _ => {}
+    }
+    if let Some(text) = value.text()
+        && matches!(spec.form, 0 | b's')
+        && spec.align != b'='
+        && spec.comma == 0
+        && spec.sign == b'-'
+    {
+        return write_text(memory, text, spec);
+    }
+    if spec.form != 0 || spec.width != 0 || value.is(types::STR | types::NUMBER) {
+        return Err(wrong(memory, Words::FormMisfit, value));
+    }
+    let text = run.text_of(value)?;
+    run.memory.close_gap(from, text.at());
+    Ok(())
 }

@@ -3,12 +3,10 @@
 use super::{Spec, number, write_text};
 use crate::arguments::whole;
 use crate::fault::{About, Fault, Result, Words};
-use crate::memory::Text;
+use crate::memory::{Block, Text};
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, wrong};
-use crate::value::{Map, Seq, Value, View};
-
-const TOO_FEW: Words = Words::ValueNotGiven;
+use crate::value::{Map, Value, View, types};
 
 /// Values that are still to be written.
 struct Values {
@@ -32,31 +30,29 @@ pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
             at = field(run, text, at, &mut values)?;
         }
     }
-    let is_left = match values.all.view() {
-        View::Seq(Seq::Tuple, head) => values.next < run.memory.block(head).len,
-        View::Map(..) | View::Seq(Seq::List, _) | View::Range(_) | View::Undefined(_) => false,
-        _ => values.next == 0,
-    };
-    if is_left {
+    let may_be_left = types::DICT | types::NAMESPACE | types::LIST | types::RANGE | types::UNDEFINED;
+    if !all.is(may_be_left) && values.next < values.values(run).0.len {
         return run.memory.fail(Words::TooManyValues);
     }
     Ok(Value::str(run.memory.text_since(start)))
 }
 
 impl Values {
+    /// Elements of a tuple, or the value as one; and whether it is a tuple.
+    fn values(&self, run: &Run<'_, '_>) -> (Block, bool) {
+        match self.all.head() {
+            Some(head) if self.all.is(types::TUPLE) => (run.memory.block(head), true),
+            _ => (Block { data: 0, len: 1, room: 0 }, false),
+        }
+    }
+
     fn take(&mut self, run: &Run<'_, '_>) -> Result<Value> {
         self.next += 1;
-        match self.all.view() {
-            View::Seq(Seq::Tuple, head) => {
-                let block = run.memory.block(head);
-                if self.next > block.len {
-                    return run.memory.fail(TOO_FEW);
-                }
-                Ok(run.memory.value(block.data + (self.next - 1) * crate::value::SIZE))
-            }
-            _ if self.next == 1 => Ok(self.all),
-            _ => run.memory.fail(TOO_FEW),
+        let (block, is_tuple) = self.values(run);
+        if self.next > block.len {
+            return run.memory.fail(Words::ValueNotGiven);
         }
+        Ok(if is_tuple { run.memory.value(block.data + (self.next - 1) * crate::value::SIZE) } else { self.all })
     }
 
     /// A number of a form that is given as a value: `%*d`.
@@ -168,22 +164,20 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
             super::number::write_int(&mut run.memory, whole, &spec)
         }
         b'e' | b'E' | b'f' | b'F' | b'g' | b'G' => match number_of(&run.memory, value) {
-            Some(Number::Int(value)) => super::number::write_real(&mut run.memory, value as f64, &spec),
-            Some(Number::Float(value)) => super::number::write_real(&mut run.memory, value, &spec),
+            Some(number) => super::number::write_real(&mut run.memory, numbers::float(number), &spec),
             None => Err(wrong(&run.memory, Words::WantsNumber, value)),
         },
-        b'c' => match value.view() {
-            View::Int(value) => super::number::write_int(&mut run.memory, value, &spec),
-            View::Str(text) if crate::chars::count(run.memory.text(text)) == 1 => {
-                write_text(&mut run.memory, text, &Spec { precision: None, ..spec })
+        b'c' => {
+            let Some(text) = value.text() else {
+                let int = whole(run, value)?;
+                return super::number::write_int(&mut run.memory, int, &spec);
+            };
+            if crate::chars::count(run.memory.text(text)) != 1 {
+                return Err(wrong(&run.memory, Words::OneCharacter, value));
             }
-            _ => Err(wrong(&run.memory, Words::WantsText, value)),
-        },
-        0 => run.memory.fail(Words::NoForm),
-        form => Err(Fault::with(
-            &run.memory,
-            Words::NoForm,
-            About::Byte(form),
-        )),
+            spec.precision = None;
+            write_text(&mut run.memory, text, &spec)
+        }
+        form => Err(Fault::with(&run.memory, Words::NoForm, About::Byte(form))),
     }
 }

@@ -6,7 +6,7 @@ use crate::memory::Block;
 use crate::names::OfDict;
 use crate::run::containers::fixed;
 use crate::run::{Run, order, wrong};
-use crate::value::{Map, SIZE, Seq, Value, View};
+use crate::value::{Map, SIZE, Seq, Value};
 
 /// Result of a method of a dict.
 pub fn call(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> Result<Value> {
@@ -28,16 +28,14 @@ pub fn call(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -
 }
 
 fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value>> {
-    match (dict.view(), key.view()) {
-        (View::Object(object), View::Str(name)) => run.kept_member(object, name),
-        (View::Map(_, head), _) => {
-            if !order::is_hashable(run, key) {
-                return Err(wrong(&run.memory, Words::NotHashable, key));
-            }
-            Ok(run.find(head, key)?.map(|at| run.memory.value(at + SIZE)))
-        }
-        _ => Ok(None),
+    if let Some(object) = dict.as_object() {
+        return key.text().map_or(Ok(None), |name| run.kept_member(object, name));
     }
+    let Some(head) = dict.head() else { return Ok(None) };
+    if !order::is_hashable(run, key) {
+        return Err(wrong(&run.memory, Words::NotHashable, key));
+    }
+    Ok(run.find(head, key)?.map(|at| run.memory.value(at + SIZE)))
 }
 
 fn parts(run: &mut Run<'_, '_>, dict: Value, kind: Seq) -> Result<Value> {

@@ -42,7 +42,7 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -
         }
         OfList::Pop => return remove_at(run, head, whole(run, first.unwrap_or(Value::small(-1)))?),
         OfList::Remove => {
-            let View::Int(at) = search(run, list, needed(run, first)?, false)?.view() else { return Ok(Value::NONE) };
+            let at = search(run, list, needed(run, first)?, false)?.as_short().unwrap_or(0);
             remove_at(run, head, at)?;
         }
         OfList::Reverse => {

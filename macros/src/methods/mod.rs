@@ -39,7 +39,7 @@ pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Argument
     if value.is(types::DICT) {
         return dicts::call(run, value, OfDict::from_number(method), &bound);
     }
-    if let View::Float(float) = value.view() {
+    if let Some(float) = value.as_float() {
         return Ok(Value::bool(float.is_finite() && libm::trunc(float) == float));
     }
     lists::call(run, value, OfList::from_number(method), &bound)

@@ -14,9 +14,13 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) 
     let [first, second, third, _] = *bound;
     match method {
         OfString::Split => run.split(text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
-        OfString::RSplit => split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?),
+        OfString::RSplit => {
+            split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?)
+        }
         OfString::SplitLines => run.split_lines(text),
-        OfString::StartsWith | OfString::EndsWith => has_end(run, text, needed(run, first)?, method == OfString::StartsWith).map(Value::bool),
+        OfString::StartsWith | OfString::EndsWith => {
+            has_end(run, text, needed(run, first)?, method == OfString::StartsWith).map(Value::bool)
+        }
         OfString::Lower => run.lower(text),
         OfString::Upper => run.upper(text),
         OfString::Capitalize => run.capitalize(text),
@@ -25,9 +29,11 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) 
             let to_upper = if method == OfString::Title { !is_letter } else { char == chars::lower(char) };
             if to_upper { chars::upper(char) } else { chars::lower(char) }
         }),
-        OfString::Strip | OfString::LStrip | OfString::RStrip => {
-            Ok(Value::str(run.strip(text, optional(run, first)?, (method != OfString::RStrip, method != OfString::LStrip))))
-        }
+        OfString::Strip | OfString::LStrip | OfString::RStrip => Ok(Value::str(run.strip(
+            text,
+            optional(run, first)?,
+            (method != OfString::RStrip, method != OfString::LStrip),
+        ))),
         OfString::Replace => {
             run.replace(text, string(run, first)?, string(run, second)?, whole(run, third.unwrap_or(Value::small(-1)))?)
         }
@@ -44,8 +50,12 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) 
             let has = run.memory.text(text).ends_with(run.memory.text(part));
             Ok(Value::str(if has { text.part(0, usize::from(text.len() - part.len())) } else { text }))
         }
-        OfString::Partition | OfString::RPartition => partition(run, text, string(run, first)?, method == OfString::RPartition),
-        OfString::Find | OfString::RFind | OfString::Index | OfString::Count => search(run, text, method, string(run, first)?),
+        OfString::Partition | OfString::RPartition => {
+            partition(run, text, string(run, first)?, method == OfString::RPartition)
+        }
+        OfString::Find | OfString::RFind | OfString::Index | OfString::Count => {
+            search(run, text, method, string(run, first)?)
+        }
         _ => Ok(Value::bool(is_kind(run.memory.text(text), method))),
     }
 }
@@ -139,7 +149,13 @@ fn fill_zeros(run: &mut Run<'_, '_>, text: Text, width: i64) -> Result<Value> {
     Ok(Value::str(run.memory.text_since(from)))
 }
 
-fn justify(run: &mut Run<'_, '_>, text: Text, method: OfString, width: Option<Value>, fill: Option<Value>) -> Result<Value> {
+fn justify(
+    run: &mut Run<'_, '_>,
+    text: Text,
+    method: OfString,
+    width: Option<Value>,
+    fill: Option<Value>,
+) -> Result<Value> {
     let width = whole(run, needed(run, width)?)?;
     let mut fill_char = ' ';
     if let Some(fill) = optional(run, fill)? {

@@ -6,13 +6,10 @@ use crate::code::Op;
 use crate::fault::{Result, Words};
 use crate::lexer::Token;
 use crate::memory::Text;
-use crate::names::{self, names};
+use crate::names;
 
-names! {
-    /// Words that are values.
-    Constant:
-    None "none" or "None" (""), True "true" or "True" (""), False "false" or "False" (""),
-}
+/// Words that are values.
+pub const CONSTANTS: names::Table = "none|None ;true|True ;false|False ;";
 
 impl Parser<'_, '_, '_> {
     /// A name, a literal, or an expression in parentheses.
@@ -20,7 +17,7 @@ impl Parser<'_, '_, '_> {
         match self.token {
             Token::Name(name) => {
                 self.advance()?;
-                match names::find(Constant::NAMES, self.memory.bytes(name)) {
+                match names::find(CONSTANTS, self.memory.bytes(name)) {
                     // Instructions of constants have the order of their names.
                     Some(number) => self.memory.push_byte(Op::None as u8 + number),
                     None => self.emit_word(Op::Load, name.at() as u16),

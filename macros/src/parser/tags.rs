@@ -43,8 +43,7 @@ pub struct Open {
 }
 
 impl Open {
-    const TEMPLATE: Self =
-        Self { kind: Kind::Template, was_soft: false, place: (1, 1), branch: 0, ends: 0, again: 0 };
+    const TEMPLATE: Self = Self { kind: Kind::Template, was_soft: false, place: (1, 1), branch: 0, ends: 0, again: 0 };
 
     /// A tag that begins at a place.
     pub fn new(kind: Kind, place: (u16, u16), was_soft: bool) -> Self {

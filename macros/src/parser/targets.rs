@@ -1,7 +1,7 @@
 //! Where values are stored: names, members of namespaces, and names within parentheses.
 
 use super::Parser;
-use super::primary::Constant;
+use super::primary::CONSTANTS;
 use crate::code::Op;
 use crate::fault::{Fault, Result, Words};
 use crate::lexer::Token;
@@ -65,7 +65,7 @@ impl Parser<'_, '_, '_> {
         }
         let name = self.expect_name(Words::NameMissing)?;
         let is_of_loop = self.memory.is(name, "loop") && (is_loop || self.tags.has_loop());
-        if is_of_loop || names::find(Constant::NAMES, self.memory.bytes(name)).is_some() {
+        if is_of_loop || names::find(CONSTANTS, self.memory.bytes(name)).is_some() {
             return Err(Fault::about(self.memory, Words::NoTarget, name));
         }
         let name = name.at() as u16;

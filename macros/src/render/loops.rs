@@ -31,11 +31,7 @@ impl Machine<'_, '_> {
                 let (name, member) = (self.string(), self.string());
                 let value = self.run.memory.pop();
                 let View::Map(Map::Namespace, head) = self.variable(name)?.view() else {
-                    return Err(Fault::about(
-                        &self.run.memory,
-                        Words::OnlyNamespaces,
-                        name,
-                    ));
+                    return Err(Fault::about(&self.run.memory, Words::OnlyNamespaces, name));
                 };
                 self.run.put_kept(head, Value::str(member), value)?;
             }
@@ -196,9 +192,9 @@ impl Machine<'_, '_> {
 }
 
 fn whole(value: Value) -> usize {
-    if let View::Int(value) = value.view() { value as usize } else { 0 }
+    value.as_short().unwrap_or(0) as usize
 }
 
 fn whole_at(machine: &Machine<'_, '_>, index: usize) -> i64 {
-    if let View::Int(value) = machine.run.memory.at(index).view() { value } else { 0 }
+    machine.run.memory.at(index).as_short().unwrap_or(0)
 }

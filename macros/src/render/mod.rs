@@ -158,11 +158,7 @@ impl Machine<'_, '_> {
         let bytes = self.run.memory.bytes(text);
         let Some(place) = self.output.get_mut(self.written..self.written + bytes.len()) else {
             let about = crate::fault::About::Number(self.output.len());
-            return Err(Fault::with(
-                &self.run.memory,
-                Words::NoOutput,
-                about,
-            ));
+            return Err(Fault::with(&self.run.memory, Words::NoOutput, about));
         };
         place.iter_mut().zip(bytes).for_each(|(place, byte)| *place = *byte);
         self.written += bytes.len();
@@ -194,7 +190,8 @@ impl Machine<'_, '_> {
 
     fn variable(&mut self, name: Text) -> Result<Value> {
         let memory = &self.run.memory;
-        let found = (0..memory.depth()).rev().find(|index| memory.name_at(*index, Use::Variable) == Some(name.at() as u16));
+        let found =
+            (0..memory.depth()).rev().find(|index| memory.name_at(*index, Use::Variable) == Some(name.at() as u16));
         if let Some(index) = found {
             return Ok(memory.at(index));
         }

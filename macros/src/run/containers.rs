@@ -174,10 +174,7 @@ impl Run<'_, '_> {
 
     /// Number of the turn of a loop from 0, and of the element, which differ where elements are passed over.
     pub fn turn(&self, place: u16) -> (i32, i32) {
-        let number = |offset: usize| match self.memory.at(usize::from(place) + offset).view() {
-            View::Int(number) => number as i32,
-            _ => 0,
-        };
+        let number = |offset: usize| self.memory.at(usize::from(place) + offset).as_short().unwrap_or(0) as i32;
         (number(1), number(2))
     }
 
@@ -185,7 +182,9 @@ impl Run<'_, '_> {
     pub fn loop_attribute(&mut self, place: u16, name: Text) -> Result<Value> {
         let (turn, next) = self.turn(place);
         let length = self.loop_length(place).unwrap_or(0) as i32;
-        let Some(number) = names::find(OfLoop::NAMES, self.memory.bytes(name)) else { return Ok(Value::undefined(name)) };
+        let Some(number) = names::find(OfLoop::NAMES, self.memory.bytes(name)) else {
+            return Ok(Value::undefined(name));
+        };
         if number >= OfLoop::Last as u8 && turn + 1 != next {
             return self.memory.fail(Words::LoopEnd);
         }

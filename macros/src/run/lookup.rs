@@ -2,7 +2,6 @@
 
 use super::{Run, order, undefined, wrong};
 use crate::arguments::whole;
-use crate::environment::Kind;
 use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names;
@@ -14,16 +13,13 @@ pub const NOT_ITERABLE: Words = Words::NotIterable;
 impl Run<'_, '_> {
     /// Whether a value counts as true.
     pub fn truth(&mut self, value: Value) -> bool {
-        match value.view() {
-            View::Undefined(_) | View::None => false,
-            View::Bool(is) => is,
-            View::Int(int) => int != 0,
-            View::Float(float) => float != 0.0,
-            View::Seq(Seq::Once, _) | View::Map(Map::Namespace, _) => true,
-            View::Object(object) if object.kind == Kind::Lookup => true,
-            View::Function(_) | View::Method => true,
-            _ => self.length(value).is_none_or(|length| length > 0),
+        if value.is(types::NUMBER) {
+            return self.memory.whole(value) != Some(0) && value.as_float() != Some(0.0);
         }
+        if value.is(types::ONCE | types::LOOKUP) {
+            return true;
+        }
+        !value.is_none() && self.length(value).is_none_or(|length| length > 0)
     }
 
     /// Number of elements; none where a value has none.
@@ -62,7 +58,8 @@ impl Run<'_, '_> {
 
     /// Whether a value can be gone through.
     pub fn is_iterable(&self, value: Value) -> bool {
-        let types = types::UNDEFINED | types::STR | types::SEQ | types::DICT | types::RANGE | types::OBJECT | types::LOOP;
+        let types =
+            types::UNDEFINED | types::STR | types::SEQ | types::DICT | types::RANGE | types::OBJECT | types::LOOP;
         value.is(types)
     }
 

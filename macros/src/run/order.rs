@@ -6,7 +6,7 @@ use super::{Run, wrong};
 use crate::environment::Kind;
 use crate::fault::{Fault, Result, Words};
 use crate::memory::Memory;
-use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View, types, tag};
+use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View, tag, types};
 
 /// Words about a value that a dict cannot have as a key.
 pub const NO_KEY: Words = Words::NotHashable;
@@ -20,10 +20,7 @@ pub enum Number {
 
 /// The number that a value is; truth values are 0 and 1.
 pub fn number(memory: &Memory<'_>, value: Value) -> Option<Number> {
-    match value.view() {
-        View::Float(float) => Some(Number::Float(float)),
-        _ => memory.whole(value).map(Number::Int),
-    }
+    value.as_float().map(Number::Float).or_else(|| memory.whole(value).map(Number::Int))
 }
 
 fn order_numbers(a: Number, b: Number) -> Option<Ordering> {
@@ -143,11 +140,7 @@ pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Opt
     }
     let are = |types| a.is(types) && b.is(types);
     if !are(types::LIST) && !are(types::TUPLE) {
-        let words: Words = if a.text().is_some() || b.text().is_some() {
-            Words::TextOrder
-        } else {
-            Words::NoOrder
-        };
+        let words: Words = if a.text().is_some() || b.text().is_some() { Words::TextOrder } else { Words::NoOrder };
         let subject = if a.text().is_some() { b } else { a };
         return Err(Fault::of(&run.memory, words, subject.kind()));
     }

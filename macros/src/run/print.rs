@@ -37,22 +37,28 @@ impl Run<'_, '_> {
         match value.view() {
             View::Undefined(_) => self.memory.push_bytes(b"Undefined"),
             View::None => self.memory.push_bytes(b"None"),
-            View::Bool(is) => self.memory.push_bytes(if is { b"True" } else { b"False" }),
-            View::Int(_) | View::Long(_) => {
-                let int = self.memory.whole(value).unwrap_or(0);
-                write_int(&mut self.memory, int)
-            }
-            View::Float(float) => write_float(&mut self.memory, float),
+            View::Number => self.write_number(value),
             View::Str(text) => self.write_quoted(text),
-            View::Seq(Seq::Once, _) => {
-                self.memory.fail(Words::WantsList)
-            }
+            View::Seq(Seq::Once, _) => self.memory.fail(Words::WantsList),
             View::Seq(kind, head) => self.write_seq(kind, head, depth),
             View::Map(kind, head) => self.write_map(kind, head, depth),
             View::Range(at) => self.write_range(at),
             View::Object(object) if object.kind != Kind::Lookup => self.memory.fail(TOO_DEEP),
             View::Object(_) | View::Function(_) | View::Method | View::Loop(_) => {
                 Err(wrong(&self.memory, Words::NoText, value))
+            }
+        }
+    }
+
+    fn write_number(&mut self, value: Value) -> Result<()> {
+        if let Some(is) = value.as_bool() {
+            return self.memory.push_bytes(if is { b"True" } else { b"False" });
+        }
+        match value.as_float() {
+            Some(float) => write_float(&mut self.memory, float),
+            None => {
+                let int = self.memory.whole(value).unwrap_or(0);
+                write_int(&mut self.memory, int)
             }
         }
     }
