@@ -78,7 +78,8 @@ impl Program {
     }
 }
 
-/// A rendering that goes on.
+/// A rendering that goes on. What it runs on comes first, so that both have one address.
+#[repr(C)]
 struct Machine<'r, 'a> {
     run: Run<'r, 'a>,
     output: &'r mut [u8],

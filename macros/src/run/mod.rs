@@ -18,7 +18,8 @@ const ENTRY: usize = 10;
 /// Owner of the variables.
 pub const VARIABLES: u32 = u32::MAX;
 
-/// Memory and machine of a rendering.
+/// Memory and machine of a rendering. The memory comes first, so that both have one address.
+#[repr(C)]
 pub struct Run<'r, 'a> {
     pub memory: Memory<'a>,
     pub machine: &'r mut dyn Environment,
