@@ -36,7 +36,7 @@ impl Arguments {
                 Use::Spread => {
                     for part in 0..run.iterate(value)? {
                         let part = run.element(value, part)?;
-                        run.memory.push(part)?;
+                        run.memory.push(part);
                     }
                 }
                 Use::SpreadNamed => {
@@ -44,14 +44,14 @@ impl Arguments {
                         let (key, part) = run.entry(value, part)?;
                         let Some(key) = key.text() else { return Err(run.memory.fault(Words::WantsText)) };
                         // Names have their length before them, as the strings of the template.
-                        run.memory.push_word(key.len() as u16)?;
-                        let name = run.memory.copy_text(key)?;
-                        run.memory.push_named(Use::Keyword, name.at() as u16, part)?;
+                        run.memory.push_word(key.len() as u16);
+                        let name = run.memory.copy_text(key);
+                        run.memory.push_named(Use::Keyword, name.at() as u16, part);
                     }
                 }
                 kind => {
                     let name = run.memory.name_at(index, kind).unwrap_or(0);
-                    run.memory.push_named(kind, name, value)?;
+                    run.memory.push_named(kind, name, value);
                 }
             }
         }

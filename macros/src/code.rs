@@ -2,7 +2,6 @@
 //!
 //! Jumps are relative, so that a finished piece of code can be moved.
 
-use crate::fault::Result;
 use crate::memory::Memory;
 
 macro_rules! instructions {
@@ -111,20 +110,20 @@ impl Op {
 }
 
 /// Appends an instruction that has no operand.
-pub fn emit(memory: &mut Memory<'_>, op: Op) -> Result<()> {
+pub fn emit(memory: &mut Memory<'_>, op: Op) {
     memory.push_byte(op as u8)
 }
 
 /// Appends an instruction with an operand.
-pub fn emit_word(memory: &mut Memory<'_>, op: Op, word: u16) -> Result<()> {
-    emit(memory, op)?;
+pub fn emit_word(memory: &mut Memory<'_>, op: Op, word: u16) {
+    emit(memory, op);
     memory.push_word(word)
 }
 
 /// Appends a jump; returns where its distance is to be written.
-pub fn emit_jump(memory: &mut Memory<'_>, op: Op) -> Result<u16> {
-    emit_word(memory, op, 0)?;
-    Ok((memory.top - 2) as u16)
+pub fn emit_jump(memory: &mut Memory<'_>, op: Op) -> u16 {
+    emit_word(memory, op, 0);
+    memory.top.saturating_sub(2) as u16
 }
 
 /// Leads a jump to a place.

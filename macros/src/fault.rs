@@ -65,6 +65,9 @@ pub struct Error {
 impl Error {
     pub(crate) fn new((line, column): (u16, u16), memory: &Memory<'_>) -> Self {
         let mut detail = String::new();
+        if memory.is_full {
+            Fault::with(memory, Words::NoMemory, About::Number(memory.size()));
+        }
         match memory.about.get() {
             About::Nothing => {}
             About::Text(text) => memory.text(text).chars().for_each(|char| drop(detail.push(char))),

@@ -19,7 +19,7 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
         Function::Respond => act(run, Action::Respond, arguments.bind(run, names)?[0]),
         Function::EmergencyStop => {
             let [message, ..] = arguments.bind(run, names)?;
-            let message = if message.is_none() { Some(run.str("action_emergency_stop")?) } else { message };
+            let message = if message.is_none() { Some(run.str("action_emergency_stop")) } else { message };
             act(run, Action::EmergencyStop, message)
         }
         Function::RaiseError => {
@@ -37,11 +37,11 @@ const NO_MESSAGE: Words = Words::NoMessage;
 fn act(run: &mut Run<'_, '_>, action: Action, message: Option<Value>) -> Result<Value> {
     let text: Text = run.text_of(message.ok_or(run.memory.fault(NO_MESSAGE))?)?;
     run.machine.act(action, run.memory.text(text));
-    run.str("")
+    Ok(run.str(""))
 }
 
 fn fill(run: &mut Run<'_, '_>, kind: Map, arguments: Arguments) -> Result<Value> {
-    let map = run.map(kind, arguments.count)?;
+    let map = run.map(kind, arguments.count);
     if let Some(head) = map.head() {
         methods::dicts::fill(run, head, arguments)?;
     }
@@ -57,10 +57,10 @@ fn range(run: &mut Run<'_, '_>, arguments: Arguments, names: &'static [u8]) -> R
         *bound = whole(run, value)?;
     }
     match (arguments.count, bounds) {
-        (1, [end, ..]) => run.new_range([0, end, 1]),
-        (2, [start, end, _]) => run.new_range([start, end, 1]),
+        (1, [end, ..]) => Ok(run.new_range([0, end, 1])),
+        (2, [start, end, _]) => Ok(run.new_range([start, end, 1])),
         (3, [_, _, 0]) => run.memory.fail(Words::ZeroStep),
-        (3, bounds) => run.new_range(bounds),
+        (3, bounds) => Ok(run.new_range(bounds)),
         _ => run.memory.fail(Words::TooManyArguments),
     }
 }

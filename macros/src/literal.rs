@@ -27,11 +27,11 @@ impl Reader<'_> {
 
     /// Values up to an end; one alone stays as it is, if it is no list.
     fn values(&mut self, memory: &mut Memory<'_>, end: Token, kind: Seq, depth: u8) -> Result<Value> {
-        let head = memory.new_block(0, SIZE)?;
+        let head = memory.new_block(0, SIZE);
         let mut is_one = false;
         while self.token != end {
             let value = self.value(memory, depth)?;
-            let at = memory.grow(head, SIZE)?;
+            let at = memory.grow(head, SIZE);
             memory.set_value(at, value);
             is_one = memory.block(head).len == 1 && self.token != Token::Sign(b',');
             if self.token != Token::Sign(b',') {
@@ -58,7 +58,7 @@ impl Reader<'_> {
         let token = self.token;
         self.advance(memory)?;
         match token {
-            Token::Int(value) => memory.int(value),
+            Token::Int(value) => Ok(memory.int(value)),
             Token::Float(value) => Ok(Value::float(value)),
             Token::Str(text) => self.strings(memory, text),
             Token::Name(name) => match memory.bytes(name) {
@@ -88,8 +88,8 @@ impl Reader<'_> {
         let mut text = first;
         while let Token::Str(more) = self.token {
             let from = memory.top;
-            memory.push_text(text)?;
-            memory.push_text(more)?;
+            memory.push_text(text);
+            memory.push_text(more);
             text = memory.text_since(from);
             self.advance(memory)?;
         }
@@ -100,14 +100,14 @@ impl Reader<'_> {
         let token = self.token;
         self.advance(memory)?;
         match token {
-            Token::Int(value) => memory.int(if is_negative { -value } else { value }),
+            Token::Int(value) => Ok(memory.int(if is_negative { -value } else { value })),
             Token::Float(value) => Ok(Value::float(if is_negative { -value } else { value })),
             _ => memory.fail(Words::NumberMissing),
         }
     }
 
     fn dict(&mut self, memory: &mut Memory<'_>, depth: u8) -> Result<Value> {
-        let head = memory.new_block(0, 2 * SIZE)?;
+        let head = memory.new_block(0, 2 * SIZE);
         while self.token != Token::Sign(b'}') {
             let key = self.value(memory, depth)?;
             if self.token != Token::Sign(b':') {
@@ -140,7 +140,7 @@ fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<(
     let at = match known {
         Some(at) => at,
         None => {
-            let at = memory.grow(head, 2 * SIZE)?;
+            let at = memory.grow(head, 2 * SIZE);
             memory.set_value(at, key);
             at
         }

@@ -12,6 +12,9 @@ use crate::value::{self, Value};
 /// Greatest memory: places are 16 bits.
 const MOST: usize = 0xffff;
 
+/// Place that no memory has: what is written there is lost.
+const NOWHERE: usize = MOST;
+
 /// A text in memory, in one word: where its first byte is, and above that its length in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Text(u32);
@@ -103,8 +106,9 @@ pub struct Memory<'a> {
     pub words: Cell<Words>,
     /// Subject of the last fault.
     pub about: Cell<About>,
-    /// Most bytes that were in use at once.
-    pub peak: usize,
+    /// Whether something did not fit. What is appended then goes nowhere, and whoever carries out instructions
+    /// or reads tags stops before the next one.
+    pub is_full: bool,
 }
 
 impl<'a> Memory<'a> {
@@ -112,7 +116,7 @@ impl<'a> Memory<'a> {
     pub fn new(bytes: &'a mut [u8]) -> Self {
         let length = bytes.len().min(MOST);
         Self {
-            bytes,
+            bytes: bytes.get_mut(..length).unwrap_or_default(),
             top: 0,
             low: length,
             keep: 0,
@@ -121,18 +125,13 @@ impl<'a> Memory<'a> {
             is_sealed: false,
             words: Cell::new(Words::Raised),
             about: Cell::new(About::Nothing),
-            peak: 0,
+            is_full: false,
         }
     }
 
-    #[inline(never)]
-    fn check(&mut self) -> Result<()> {
-        self.peak = self.peak.max(self.top + self.bytes.len().min(MOST) - self.low.min(self.bytes.len()));
-        if self.top > self.low {
-            let about = About::Number(self.bytes.len());
-            return Err(Fault::with(self, Words::NoMemory, about));
-        }
-        Ok(())
+    /// Length of the memory, bytes.
+    pub fn size(&self) -> usize {
+        self.bytes.len()
     }
 
     /// A fault that its words describe, in the form that functions return.
@@ -195,13 +194,13 @@ impl<'a> Memory<'a> {
 
     /// A whole number as a value.
     #[inline(never)]
-    pub fn int(&mut self, int: i64) -> Result<Value> {
+    pub fn int(&mut self, int: i64) -> Value {
         if let Some(value) = Value::short(int) {
-            return Ok(value);
+            return value;
         }
         let at = self.top;
-        self.push_bytes(&int.to_le_bytes())?;
-        Ok(Value::long(at))
+        self.push_bytes(&int.to_le_bytes());
+        Value::long(at)
     }
 
     /// The whole number that a value is; truth values are 0 and 1.
@@ -220,57 +219,67 @@ impl<'a> Memory<'a> {
 
     /// Appends a byte to what grows from the start.
     #[inline(never)]
-    pub fn push_byte(&mut self, byte: u8) -> Result<()> {
-        self.top += 1;
-        self.check()?;
-        self.set_byte(self.top - 1, byte);
-        Ok(())
+    pub fn push_byte(&mut self, byte: u8) {
+        let at = self.reserve(1);
+        self.set_byte(at, byte);
     }
 
     /// Appends 16 bits, the low byte first.
     #[inline(never)]
-    pub fn push_word(&mut self, word: u16) -> Result<()> {
-        word.to_le_bytes().into_iter().try_for_each(|byte| self.push_byte(byte))
+    pub fn push_word(&mut self, word: u16) {
+        let at = self.reserve(2);
+        self.set_word(at, word);
     }
 
     /// Appends bytes of the program.
     #[inline(never)]
-    pub fn push_bytes(&mut self, bytes: &[u8]) -> Result<()> {
-        bytes.iter().try_for_each(|byte| self.push_byte(*byte))
+    pub fn push_bytes(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.push_byte(*byte));
     }
 
     /// Appends the text of a character.
     #[inline(never)]
-    pub fn push_char(&mut self, char: char) -> Result<()> {
-        self.push_bytes(char.encode_utf8(&mut [0; 4]).as_bytes())
+    pub fn push_char(&mut self, char: char) {
+        self.push_bytes(char.encode_utf8(&mut [0; 4]).as_bytes());
+    }
+
+    /// Appends a character so many times.
+    #[inline(never)]
+    pub fn push_chars(&mut self, char: char, count: usize) {
+        for _ in 0..count {
+            self.push_char(char);
+            if self.is_full {
+                return;
+            }
+        }
     }
 
     /// Appends a text that is in memory.
     #[inline(never)]
-    pub fn push_text(&mut self, text: Text) -> Result<()> {
-        (0..text.len()).try_for_each(|index| self.push_byte(self.byte(text.at() + index)))
+    pub fn push_text(&mut self, text: Text) {
+        (0..text.len()).for_each(|index| self.push_byte(self.byte(text.at() + index)));
     }
 
     /// Appends a copy of a text.
     #[inline(never)]
-    pub fn copy_text(&mut self, text: Text) -> Result<Text> {
+    pub fn copy_text(&mut self, text: Text) -> Text {
         let from = self.top;
-        self.push_text(text)?;
-        Ok(self.text_since(from))
+        self.push_text(text);
+        self.text_since(from)
     }
 
     /// A text with another behind it; what is made between them goes.
     #[inline(never)]
-    pub fn extend(&mut self, text: Text, more: Text) -> Result<Text> {
+    pub fn extend(&mut self, text: Text, more: Text) -> Text {
         let end = text.at() + text.len();
         if more.at() >= end && more.at() < self.pool {
             self.move_down(more, end);
             self.top = end + more.len();
         } else {
             self.top = end;
-            self.push_text(more)?;
+            self.push_text(more);
         }
-        Ok(Text::new(text.at(), text.len() + more.len()))
+        Text::new(text.at(), self.top - text.at())
     }
 
     /// Moves what was appended since one place down to another.
@@ -287,11 +296,14 @@ impl<'a> Memory<'a> {
 
     /// Makes room for bytes; returns where they are.
     #[inline(never)]
-    pub fn reserve(&mut self, count: usize) -> Result<usize> {
+    pub fn reserve(&mut self, count: usize) -> usize {
         let at = self.top;
-        self.top = at.saturating_add(count);
-        self.check()?;
-        Ok(at)
+        if count > self.low.saturating_sub(at) {
+            self.is_full = true;
+            return NOWHERE;
+        }
+        self.top = at + count;
+        at
     }
 
     /// The text that was appended since the top was at a place.
@@ -302,10 +314,10 @@ impl<'a> Memory<'a> {
 
     /// Copies a text of the program into memory.
     #[inline(never)]
-    pub fn copy_in(&mut self, text: &str) -> Result<Text> {
+    pub fn copy_in(&mut self, text: &str) -> Text {
         let from = self.top;
-        self.push_bytes(text.as_bytes())?;
-        Ok(self.text_since(from))
+        self.push_bytes(text.as_bytes());
+        self.text_since(from)
     }
 
     /// The bytes of a text.
@@ -352,29 +364,32 @@ impl<'a> Memory<'a> {
     /// Puts the bytes since a place, which are at the top, among the strings of the template, if they are not
     /// there yet; returns where they are.
     #[inline(never)]
-    pub fn intern(&mut self, from: usize) -> Result<Text> {
+    pub fn intern(&mut self, from: usize) -> Text {
         let new = self.text_since(from);
         if self.is_sealed {
-            return Ok(new);
+            return new;
         }
-        let end = self.bytes.len().min(MOST);
+        let end = self.bytes.len();
         let mut at = self.low;
         while at < end {
             let known = Text::new(at + 2, usize::from(self.word(at)));
             if self.bytes(known) == self.bytes(new) {
                 self.top = from;
-                return Ok(known);
+                return known;
             }
             at += 2 + known.len();
         }
         let length = new.len();
-        self.low = self.low.saturating_sub(length + 2);
-        self.check()?;
+        if length + 2 > self.low.saturating_sub(self.top) {
+            self.is_full = true;
+            return Text::default();
+        }
+        self.low -= length + 2;
         self.copy(from, self.low + 2, length);
         self.set_word(self.low, length as u16);
         self.top = from;
         self.pool = self.low;
-        Ok(Text::new(self.low + 2, length))
+        Text::new(self.low + 2, length)
     }
 
     /// The string of the template that begins at a place.
@@ -399,11 +414,11 @@ impl<'a> Memory<'a> {
 
     /// Makes an empty block with room for elements of a size.
     #[inline(never)]
-    pub fn new_block(&mut self, room: usize, size: usize) -> Result<u16> {
-        let head = self.reserve(HEAD)?;
-        let data = self.reserve(room.saturating_mul(size))?;
-        self.set_block(head as u16, Block { data, len: 0, room });
-        Ok(head as u16)
+    pub fn new_block(&mut self, room: usize, size: usize) -> u16 {
+        let head = self.reserve(HEAD) as u16;
+        let data = self.reserve(room.saturating_mul(size));
+        self.set_block(head, Block { data, len: 0, room });
+        head
     }
 
     /// The block with its head at a place.
@@ -424,23 +439,26 @@ impl<'a> Memory<'a> {
 
     /// Makes room for one more element of a size; returns its place.
     #[inline(never)]
-    pub fn grow(&mut self, head: u16, size: usize) -> Result<usize> {
+    pub fn grow(&mut self, head: u16, size: usize) -> usize {
         let mut block = self.block(head);
         if block.len == block.room {
             let more = block.room.max(2);
             if block.data + block.room * size == self.top {
-                self.reserve(more * size)?;
+                self.reserve(more * size);
             } else {
-                let data = self.reserve((block.room + more) * size)?;
+                let data = self.reserve((block.room + more) * size);
                 self.copy(block.data, data, block.len * size);
                 block.data = data;
             }
             block.room += more;
         }
+        if self.is_full {
+            return NOWHERE;
+        }
         let at = block.data + block.len * size;
         block.len += 1;
         self.set_block(head, block);
-        Ok(at)
+        at
     }
 
     /// Number of places on the stack.
@@ -454,22 +472,22 @@ impl<'a> Memory<'a> {
 
     /// Puts a value on the stack.
     #[inline(never)]
-    pub fn push(&mut self, value: Value) -> Result<()> {
-        self.push_named(Use::Operand, 0, value)
+    pub fn push(&mut self, value: Value) {
+        self.push_named(Use::Operand, 0, value);
     }
 
     /// Puts a variable or an argument with its name on the stack.
     #[inline(never)]
-    pub fn push_named(&mut self, kind: Use, name: u16, value: Value) -> Result<()> {
-        let Some(low) = self.low.checked_sub(SLOT) else {
-            return self.fail(Words::SmallMemory);
-        };
-        self.low = low;
-        self.check()?;
+    pub fn push_named(&mut self, kind: Use, name: u16, value: Value) {
+        if SLOT > self.low.saturating_sub(self.top) {
+            self.is_full = true;
+            return;
+        }
+        self.low -= SLOT;
+        let low = self.low;
         self.set_byte(low, kind as u8);
         self.set_word(low + 1, name);
         self.set_value(low + 3, value);
-        Ok(())
     }
 
     /// Takes the last value from the stack.

@@ -19,6 +19,7 @@ pub fn rewrite(text: &str, memory: &mut [u8], output: &mut [u8]) -> core::result
     let mut run = Run { memory, machine: &mut machine, given: 0 };
     let written = literal::read(&mut run.memory, &mut text.bytes()).and_then(|value| run.repr_of(value));
     let result = written.and_then(|text| match output.get_mut(..text.len()) {
+        _ if run.memory.is_full => run.memory.fail(Words::NoMemory),
         Some(place) => {
             place.iter_mut().zip(run.memory.bytes(text)).for_each(|(place, byte)| *place = *byte);
             Ok(place.len())

@@ -17,7 +17,6 @@ words! {
     Raised "raised by the macro",
     TooDeep "lists and dicts within each other go down to 8: make them flatter",
     NoMemory "bytes of memory are too few for this macro: make it shorter",
-    SmallMemory "the memory is too small for this macro",
     NoOutput "bytes of lines are the most that a macro may have: make it shorter",
     TooSlow "the macro takes too long: make its loops shorter",
     Undefined "this is not there: correct the name, or put |default(...) behind it",

@@ -11,16 +11,16 @@ use crate::value::{SIZE, Seq, Value, View};
 
 /// Result of a filter that takes another filter or a test.
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, arguments: Arguments) -> Result<Value> {
-    let head = run.memory.new_block(0, SIZE)?;
+    let head = run.memory.new_block(0, SIZE);
     let length = if run.truth(value) { run.iterate(value)? } else { 0 };
     let is_map = filter == Filter::Map;
     for index in 0..length {
         let element = run.element(value, index)?;
         if is_map {
             let mapped = map(run, element, arguments)?;
-            run.append(head, mapped)?;
+            run.append(head, mapped);
         } else if select(run, filter, element, arguments)? {
-            run.append(head, element)?;
+            run.append(head, element);
         }
     }
     run.use_up(value);

@@ -35,7 +35,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
         Filter::Default => {
             let is_strict = second.is_some_and(|second| run.truth(second));
             let is_missing = matches!(value.view(), View::Undefined(_)) || is_strict && !run.truth(value);
-            if !is_missing { Ok(value) } else { first.map_or_else(|| run.str(""), Ok) }
+            if !is_missing { Ok(value) } else { first.map_or_else(|| Ok(run.str("")), Ok) }
         }
         Filter::Int => integer(run, value, first, second),
         Filter::Float => float(run, value, first),
@@ -63,7 +63,7 @@ pub fn apply(run: &mut Run<'_, '_>, number: u8, value: Value, arguments: Argumen
 fn absolute(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     match number_of(&run.memory, value) {
         Some(Number::Int(int)) => match int.checked_abs() {
-            Some(int) => run.memory.int(int),
+            Some(int) => Ok(run.memory.int(int)),
             None => run.memory.fail(Words::Overflow),
         },
         Some(Number::Float(float)) => Ok(Value::float(libm::fabs(float))),
@@ -79,7 +79,7 @@ fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Op
         View::Str(text) => {
             let string = run.memory.text(text);
             if let Some(int) = numbers::read_int(string, base) {
-                return run.memory.int(int);
+                return Ok(run.memory.int(int));
             }
             match numbers::read_float(string) {
                 Some(float) if float.is_finite() => truncate(run, float),
@@ -88,7 +88,7 @@ fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Op
         }
         View::Undefined(name) => Err(undefined(&run.memory, name)),
         _ => match number_of(&run.memory, value) {
-            Some(Number::Int(int)) => run.memory.int(int),
+            Some(Number::Int(int)) => Ok(run.memory.int(int)),
             Some(Number::Float(float)) if float.is_nan() => Ok(default),
             Some(Number::Float(float)) => truncate(run, float),
             None => Ok(default),
@@ -99,7 +99,7 @@ fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Op
 /// A real number cut to a whole one.
 fn truncate(run: &mut Run<'_, '_>, float: f64) -> Result<Value> {
     match numbers::truncate(float) {
-        Some(int) => run.memory.int(int),
+        Some(int) => Ok(run.memory.int(int)),
         None => run.memory.fail(Words::Overflow),
     }
 }
@@ -143,13 +143,13 @@ fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: 
 /// A whole number rounded to tens, hundreds and so on, halves to the even digit.
 fn round_integer(run: &mut Run<'_, '_>, int: i64, precision: i32) -> Result<Value> {
     if precision >= 0 {
-        return run.memory.int(int);
+        return Ok(run.memory.int(int));
     }
     let Some(unit) = 10_i64.checked_pow(precision.unsigned_abs()) else { return Ok(Value::small(0)) };
     let Some((down, rest)) = numbers::divided(int, unit) else { return Ok(Value::small(0)) };
     let is_up = rest > unit / 2 || rest == unit / 2 && down % 2 != 0;
     match (down + i64::from(is_up)).checked_mul(unit) {
-        Some(int) => run.memory.int(int),
+        Some(int) => Ok(run.memory.int(int)),
         None => run.memory.fail(Words::Overflow),
     }
 }
@@ -167,7 +167,7 @@ fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<V
         return run.memory.fail(Words::TooManyArguments);
     }
     let values = if positions == 0 && arguments.count > 0 {
-        let map = run.map(crate::value::Map::Dict, arguments.count)?;
+        let map = run.map(crate::value::Map::Dict, arguments.count);
         let Some(head) = map.head() else { return Ok(map) };
         for index in 0..arguments.count {
             if let Some((name, value)) = arguments.named(run, index) {
@@ -176,10 +176,10 @@ fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<V
         }
         map
     } else {
-        let head = run.memory.new_block(positions, crate::value::SIZE)?;
+        let head = run.memory.new_block(positions, crate::value::SIZE);
         for index in 0..positions {
             let value = run.memory.at(arguments.first + index);
-            run.append(head, value)?;
+            run.append(head, value);
         }
         Value::seq(crate::value::Seq::Tuple, head)
     };

@@ -62,13 +62,13 @@ impl Rule {
 
     /// A tuple of what several paths lead to.
     fn keys(self, run: &mut Run<'_, '_>, element: Value, paths: Text) -> Result<Value> {
-        let head = run.memory.new_block(0, SIZE)?;
+        let head = run.memory.new_block(0, SIZE);
         let mut rest = paths;
         loop {
             let end = crate::chars::place_of(run.memory.text(rest), b',').unwrap_or(rest.len());
             let key = path_of(run, element, Value::str(rest.part(0, end)))?;
             let key = self.fold(run, key)?;
-            run.append(head, key)?;
+            run.append(head, key);
             if end == rest.len() {
                 return Ok(Value::seq(Seq::Tuple, head));
             }
@@ -78,7 +78,7 @@ impl Rule {
 
     fn fold(self, run: &mut Run<'_, '_>, key: Value) -> Result<Value> {
         match key.text() {
-            Some(text) if !self.minds_case => run.lower(text),
+            Some(text) if !self.minds_case => Ok(run.lower(text)),
             _ => Ok(key),
         }
     }
@@ -145,7 +145,7 @@ fn sort_dict(run: &mut Run<'_, '_>, value: Value, rule: Rule, by: Option<Value>,
 }
 
 fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
-    let (head, seen) = (run.memory.new_block(0, SIZE)?, run.memory.new_block(0, SIZE)?);
+    let (head, seen) = (run.memory.new_block(0, SIZE), run.memory.new_block(0, SIZE));
     for index in 0..run.iterate(value)? {
         let element = run.element(value, index)?;
         let key = rule.key(run, element)?;
@@ -153,8 +153,8 @@ fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
             return Err(wrong(&run.memory, Words::NotHashable, key));
         }
         if !order::contains(run, key, Value::seq(Seq::List, seen))? {
-            run.append(seen, key)?;
-            run.append(head, element)?;
+            run.append(seen, key);
+            run.append(head, element);
         }
     }
     run.use_up(value);

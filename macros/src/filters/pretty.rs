@@ -25,7 +25,7 @@ fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
     }
     match value.view() {
         View::Map(Map::Dict, head) => {
-            let map = run.map(Map::Dict, run.memory.block(head).len)?;
+            let map = run.map(Map::Dict, run.memory.block(head).len);
             let Some(sorted) = map.head() else { return Ok(map) };
             for index in 0..run.memory.block(head).len {
                 let (key, part) = run.entry(value, index)?;
@@ -36,11 +36,11 @@ fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
             Ok(map)
         }
         View::Seq(kind @ (Seq::List | Seq::Tuple), head) => {
-            let sorted = run.memory.new_block(run.memory.block(head).len, SIZE)?;
+            let sorted = run.memory.new_block(run.memory.block(head).len, SIZE);
             for index in 0..run.memory.block(head).len {
                 let part = run.element(value, index)?;
                 let part = arrange(run, part, depth - 1)?;
-                run.append(sorted, part)?;
+                run.append(sorted, part);
             }
             Ok(Value::seq(kind, sorted))
         }
@@ -90,11 +90,11 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
     } else {
         ("[", "]")
     };
-    run.memory.push_bytes(begin.as_bytes())?;
+    run.memory.push_bytes(begin.as_bytes());
     for index in 0..length {
         if index > 0 {
-            run.memory.push_bytes(b",\n")?;
-            (0..=column).try_for_each(|_| run.memory.push_byte(b' '))?;
+            run.memory.push_bytes(b",\n");
+            run.memory.push_chars(' ', column + 1);
         }
         let after = if index + 1 == length { after + end.len() } else { 1 };
         let mut start = column + 1;
@@ -102,7 +102,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
             let (key, part) = run.entry(value, index)?;
             let from = run.memory.top;
             run.write_repr(key, depth - 1)?;
-            run.memory.push_bytes(b": ")?;
+            run.memory.push_bytes(b": ");
             start += crate::chars::count(run.memory.text(run.memory.text_since(from)));
             part
         } else {
@@ -110,5 +110,5 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
         };
         write(run, part, start, after, depth - 1)?;
     }
-    run.memory.push_bytes(end.as_bytes())
+    Ok(run.memory.push_bytes(end.as_bytes()))
 }

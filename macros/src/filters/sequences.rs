@@ -50,11 +50,11 @@ fn end(run: &mut Run<'_, '_>, value: Value, is_last: bool) -> Result<Value> {
 
 /// The attribute of each element.
 fn attributes(run: &mut Run<'_, '_>, values: Value, path: Value) -> Result<Value> {
-    let head = run.memory.new_block(0, SIZE)?;
+    let head = run.memory.new_block(0, SIZE);
     for index in 0..run.iterate(values)? {
         let element = run.element(values, index)?;
         let found = path_of(run, element, path)?;
-        run.append(head, found)?;
+        run.append(head, found);
     }
     run.use_up(values);
     Ok(Value::seq(Seq::List, head))
@@ -71,7 +71,7 @@ pub fn path_of(run: &mut Run<'_, '_>, value: Value, path: Value) -> Result<Value
         let name = rest.part(0, end);
         let is_number = end > 0 && run.memory.bytes(name).iter().all(u8::is_ascii_digit);
         let key = match numbers::read_int(run.memory.text(name), 10) {
-            Some(index) if is_number => run.memory.int(index)?,
+            Some(index) if is_number => run.memory.int(index),
             _ => Value::str(name),
         };
         value = run.item(value, key)?;
@@ -119,14 +119,14 @@ fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
         let from = run.memory.top;
         for index in (0..length).rev() {
             let part = run.character(text, index);
-            run.memory.push_text(part)?;
+            run.memory.push_text(part);
         }
         return Ok(Value::str(run.memory.text_since(from)));
     }
-    let head = run.memory.new_block(0, SIZE)?;
+    let head = run.memory.new_block(0, SIZE);
     for index in (0..length).rev() {
         let element = run.element(value, index)?;
-        run.append(head, element)?;
+        run.append(head, element);
     }
     run.use_up(value);
     let kind = if matches!(value.view(), View::Seq(Seq::Once, _)) { Seq::List } else { Seq::Once };
@@ -135,11 +135,11 @@ fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 
 /// Pairs of key and value of a dict.
 pub fn pairs(run: &mut Run<'_, '_>, value: Value) -> Result<u16> {
-    let head = run.memory.new_block(0, SIZE)?;
+    let head = run.memory.new_block(0, SIZE);
     for index in 0..run.length(value).unwrap_or(0) {
         let (key, part) = run.entry(value, index)?;
-        let pair = run.seq(Seq::Tuple, &[key, part])?;
-        run.append(head, pair)?;
+        let pair = run.seq(Seq::Tuple, &[key, part]);
+        run.append(head, pair);
     }
     Ok(head)
 }
@@ -153,14 +153,14 @@ fn items(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 
 fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
     let fill = fill.filter(|fill| !fill.is_none());
-    let all = run.memory.new_block(0, SIZE)?;
+    let all = run.memory.new_block(0, SIZE);
     let length = run.iterate(value)?;
     let mut index = 0;
     while index < length {
-        let head = run.memory.new_block(0, SIZE)?;
+        let head = run.memory.new_block(0, SIZE);
         loop {
             let element = run.element(value, index)?;
-            run.append(head, element)?;
+            run.append(head, element);
             index += 1;
             if index >= length || run.memory.block(head).len as i64 == count {
                 break;
@@ -168,10 +168,11 @@ fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -
         }
         while let Some(fill) = fill
             && (run.memory.block(head).len as i64) < count
+            && !run.memory.is_full
         {
-            run.append(head, fill)?;
+            run.append(head, fill);
         }
-        run.append(all, Value::seq(Seq::List, head))?;
+        run.append(all, Value::seq(Seq::List, head));
     }
     run.use_up(value);
     Ok(Value::seq(Seq::Once, all))
@@ -180,24 +181,27 @@ fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -
 fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
     let fill = fill.filter(|fill| !fill.is_none());
     let length = run.iterate(value)? as i64;
-    let all = run.memory.new_block(0, SIZE)?;
+    let all = run.memory.new_block(0, SIZE);
     let Some((each, extra)) = numbers::divided(length, count) else {
         return run.memory.fail(Words::ZeroStep);
     };
     let mut index = 0;
     for slice in 0..count {
-        let head = run.memory.new_block(0, SIZE)?;
+        if run.memory.is_full {
+            break;
+        }
+        let head = run.memory.new_block(0, SIZE);
         for _ in 0..each + i64::from(slice < extra) {
             let element = run.element(value, index)?;
-            run.append(head, element)?;
+            run.append(head, element);
             index += 1;
         }
         if let Some(fill) = fill
             && slice >= extra
         {
-            run.append(head, fill)?;
+            run.append(head, fill);
         }
-        run.append(all, Value::seq(Seq::List, head))?;
+        run.append(all, Value::seq(Seq::List, head));
     }
     run.use_up(value);
     Ok(Value::seq(Seq::Once, all))

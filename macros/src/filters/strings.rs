@@ -13,13 +13,13 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound)
     let [first, second, third, _] = *bound;
     let text = run.text_of(value)?;
     match filter {
-        Filter::Lower => run.lower(text),
-        Filter::Upper => run.upper(text),
-        Filter::Capitalize => run.capitalize(text),
-        Filter::Title => run.change(text, |_, before, char| {
+        Filter::Lower => Ok(run.lower(text)),
+        Filter::Upper => Ok(run.upper(text)),
+        Filter::Capitalize => Ok(run.capitalize(text)),
+        Filter::Title => Ok(run.change(text, |_, before, char| {
             let is_start = chars::is_blank(before) || matches!(before, '-' | '(' | '{' | '[' | '<');
             if is_start { chars::upper(char) } else { chars::lower(char) }
-        }),
+        })),
         Filter::Trim => {
             let set = optional_text(run, first)?;
             Ok(Value::str(run.strip(text, set, (true, true))))
@@ -28,11 +28,11 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound)
             let old = run.text_of(needed(run, first)?)?;
             let new = run.text_of(needed(run, second)?)?;
             let count = third.filter(|count| !count.is_none()).map_or(Ok(-1), |count| whole(run, count))?;
-            run.replace(text, old, new, count)
+            Ok(run.replace(text, old, new, count))
         }
         Filter::Center => {
             let width = whole(run, first.unwrap_or(Value::small(80)))?;
-            center(run, text, width, ' ')
+            Ok(center(run, text, width, ' '))
         }
         Filter::WordCount => {
             let mut count = 0;
@@ -50,7 +50,7 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound)
 }
 
 /// A string in the middle of a width; an odd blank goes where Python puts it.
-pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Result<Value> {
+pub fn center(run: &mut Run<'_, '_>, text: Text, width: i64, fill: char) -> Value {
     let length = crate::chars::count(run.memory.text(text));
     let width = usize::try_from(width).unwrap_or(0);
     let missing = width.saturating_sub(length);
@@ -65,13 +65,14 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
         Some(text) => text,
         None => {
             let from = run.memory.top;
-            (0..whole(run, width)?).try_for_each(|_| run.memory.push_byte(b' '))?;
+            let width = usize::try_from(whole(run, width)?).unwrap_or(0);
+            run.memory.push_chars(' ', width);
             run.memory.text_since(from)
         }
     };
     let (first, blank) = (first.unwrap_or(Value::bool(false)), blank.unwrap_or(Value::bool(false)));
     let (first, blank) = (run.truth(first), run.truth(blank));
-    let lines = run.split_lines(text)?;
+    let lines = run.split_lines(text);
     let count = run.iterate(lines)?.max(1);
     let from = run.memory.top;
     for index in 0..count {
@@ -81,17 +82,17 @@ fn indent(run: &mut Run<'_, '_>, value: Value, [width, first, blank]: [Option<Va
             run.element(lines, index)?.text().unwrap_or_default()
         };
         if index > 0 {
-            run.memory.push_byte(b'\n')?;
+            run.memory.push_byte(b'\n');
         }
         if if index == 0 { first } else { blank || line.len() > 0 } {
-            run.memory.push_text(indention)?;
+            run.memory.push_text(indention);
         }
-        run.memory.push_text(line)?;
+        run.memory.push_text(line);
     }
     if run.memory.text(text).ends_with('\n') {
-        run.memory.push_byte(b'\n')?;
+        run.memory.push_byte(b'\n');
         if blank {
-            run.memory.push_text(indention)?;
+            run.memory.push_text(indention);
         }
     }
     Ok(Value::str(run.memory.text_since(from)))
@@ -102,7 +103,7 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value>
     let length = whole(run, length.unwrap_or(Value::small(255)))?;
     let leeway = whole(run, leeway.unwrap_or(Value::small(5)))?;
     let end = match end {
-        None => run.str("...")?,
+        None => run.str("..."),
         Some(end) => end,
     };
     let Some(end) = end.text() else { return Err(wrong(&run.memory, Words::WantsText, end)) };
@@ -122,5 +123,5 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value>
     {
         kept = kept.part(0, blank);
     }
-    run.join_two(kept, end)
+    Ok(run.join_two(kept, end))
 }

@@ -25,7 +25,7 @@ fn fill(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments, next: &mut usi
         at += 1;
         match this {
             b'{' | b'}' if following == this => {
-                run.memory.push_byte(this)?;
+                run.memory.push_byte(this);
                 at += 1;
             }
             b'{' => {
@@ -35,7 +35,7 @@ fn fill(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments, next: &mut usi
                 at += end + 1;
             }
             b'}' => return run.memory.fail(NO_END),
-            _ => run.memory.push_byte(this)?,
+            _ => run.memory.push_byte(this),
         }
     }
     Ok(run.memory.text_since(start))
@@ -156,7 +156,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
         && spec.form == 0
         && spec.width == 0
     {
-        return memory.push_bytes(if is { b"True" } else { b"False" });
+        return Ok(memory.push_bytes(if is { b"True" } else { b"False" }));
     }
     match number_of(memory, value) {
         Some(Number::Float(float)) => return super::number::write_real(memory, float, spec),
@@ -174,7 +174,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
         && spec.comma == 0
         && spec.sign == b'-'
     {
-        return write_text(memory, text, spec);
+        return Ok(write_text(memory, text, spec));
     }
     if spec.form != 0 || spec.width != 0 || value.is(types::STR | types::NUMBER) {
         return Err(wrong(memory, Words::FormMisfit, value));

@@ -7,7 +7,6 @@ mod percent;
 pub use braces::braces;
 pub use percent::percent;
 
-use crate::fault::Result;
 use crate::memory::{Memory, Text};
 
 /// Form in which a value is written.
@@ -49,12 +48,12 @@ fn number(bytes: &[u8], mut at: usize) -> (usize, usize) {
 
 /// Moves what was appended since a place so that it has the width of a form. The first bytes, a sign or a
 /// prefix, stay in front of what fills where the form wants it.
-fn align(memory: &mut Memory<'_>, from: usize, prefix: usize, spec: &Spec, default: u8) -> Result<()> {
+fn align(memory: &mut Memory<'_>, from: usize, prefix: usize, spec: &Spec, default: u8) {
     let text = memory.text_since(from);
     let length = crate::chars::count(memory.text(text));
     let missing = spec.width.saturating_sub(length);
     if missing == 0 {
-        return Ok(());
+        return ();
     }
     let align = if spec.align == 0 { default } else { spec.align };
     let (left, place) = match align {
@@ -63,18 +62,18 @@ fn align(memory: &mut Memory<'_>, from: usize, prefix: usize, spec: &Spec, defau
         b'=' => (missing, from + prefix),
         _ => (missing, from),
     };
-    (left..missing).try_for_each(|_| memory.push_char(spec.fill))?;
+    memory.push_chars(spec.fill, missing - left);
     let end = memory.top;
-    (0..left).try_for_each(|_| memory.push_char(spec.fill))?;
+    memory.push_chars(spec.fill, left);
     memory.rotate(place, memory.top, end - place);
-    Ok(())
+    ()
 }
 
 /// Appends a string by a form.
-pub fn write_text(memory: &mut Memory<'_>, text: Text, spec: &Spec) -> Result<()> {
+pub fn write_text(memory: &mut Memory<'_>, text: Text, spec: &Spec) {
     let string = memory.text(text);
     let end = spec.precision.and_then(|most| string.char_indices().nth(most)).map_or(string.len(), |(at, _)| at);
     let from = memory.top;
-    memory.push_text(text.part(0, end))?;
+    memory.push_text(text.part(0, end));
     align(memory, from, 0, spec, b'<')
 }

@@ -25,7 +25,7 @@ pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
         let byte = run.memory.byte(text.at() + at);
         at += 1;
         if byte != b'%' {
-            run.memory.push_byte(byte)?;
+            run.memory.push_byte(byte);
         } else {
             at = field(run, text, at, &mut values)?;
         }
@@ -105,7 +105,7 @@ fn field(run: &mut Run<'_, '_>, text: Text, mut at: usize, values: &mut Values) 
     }
     spec.form = byte(run, at);
     if spec.form == b'%' {
-        run.memory.push_byte(b'%')?;
+        run.memory.push_byte(b'%');
         return Ok(at + 1);
     }
     if is_zero && spec.align == 0 && !matches!(spec.form, b's' | b'r' | b'c') {
@@ -145,7 +145,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
         b's' | b'r' | b'a' => {
             let text = if spec.form == b's' { run.text_of(value)? } else { run.repr_of(value)? };
             let start = run.memory.top;
-            write_text(&mut run.memory, text, &spec)?;
+            write_text(&mut run.memory, text, &spec);
             run.memory.close_gap(from, start);
             Ok(())
         }
@@ -176,7 +176,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
                 return Err(wrong(&run.memory, Words::OneCharacter, value));
             }
             spec.precision = None;
-            write_text(&mut run.memory, text, &spec)
+            Ok(write_text(&mut run.memory, text, &spec))
         }
         form => Err(Fault::with(&run.memory, Words::NoForm, About::Byte(form))),
     }

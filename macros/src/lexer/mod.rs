@@ -111,7 +111,7 @@ impl<'s> Lexer<'s> {
             self.place = self.reader.place;
             while !self.reader.is_at_end() && self.reader.peek(0) != b'{' {
                 let byte = self.reader.take();
-                memory.push_byte(byte)?;
+                memory.push_byte(byte);
                 let next = self.reader.peek(0);
                 let is_seam = byte.is_ascii_graphic() && next.is_ascii();
                 if memory.top - from >= PIECE && is_seam {
@@ -192,12 +192,12 @@ impl<'s> Lexer<'s> {
     fn name(&mut self, memory: &mut Memory<'_>) -> Result<Token> {
         let from = memory.top;
         while self.reader.peek(0).is_ascii_alphanumeric() || self.reader.peek(0) == b'_' {
-            memory.push_byte(self.reader.take())?;
+            memory.push_byte(self.reader.take());
         }
         if !self.reader.peek(0).is_ascii() && !self.reader.is_blank() {
             return memory.fail(Words::NameLetters);
         }
-        memory.intern(from).map(Token::Name)
+        Ok(Token::Name(memory.intern(from)))
     }
 
     fn sign(&mut self, memory: &Memory<'_>) -> Result<Token> {
@@ -250,7 +250,7 @@ fn data_token(memory: &mut Memory<'_>, from: usize) -> Result<Token> {
     if core::str::from_utf8(memory.bytes(memory.text_since(from))).is_err() {
         return memory.fail(Words::NotUtf8);
     }
-    memory.intern(from).map(Token::Data)
+    Ok(Token::Data(memory.intern(from)))
 }
 
 /// Drops the blanks at the end of what was appended since a place.

@@ -24,13 +24,13 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>, is_literal: bool) 
     let mut is_real = false;
     if may_be_real && reader.peek(0) == b'.' && (is_literal || reader.peek(1).is_ascii_digit()) {
         is_real = true;
-        memory.push_byte(reader.take())?;
+        memory.push_byte(reader.take());
         digits(reader, memory)?;
     }
     let sign = usize::from(matches!(reader.peek(1), b'+' | b'-'));
     if may_be_real && reader.peek(0) | 0x20 == b'e' && reader.peek(1 + sign).is_ascii_digit() {
         is_real = true;
-        (0..=sign).try_for_each(|_| memory.push_byte(reader.take()))?;
+        (0..=sign).for_each(|_| memory.push_byte(reader.take()));
         digits(reader, memory)?;
     }
     let text = memory.text_since(from);
@@ -48,7 +48,7 @@ fn is_digit_behind(reader: &Reader<'_>, index: usize, base: u32) -> bool {
 fn digits(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
     loop {
         match reader.peek(0) {
-            b'0'..=b'9' => memory.push_byte(reader.take())?,
+            b'0'..=b'9' => memory.push_byte(reader.take()),
             b'_' if reader.last.is_ascii_digit() && reader.peek(1).is_ascii_digit() => reader.skip(1),
             _ => return Ok(()),
         }

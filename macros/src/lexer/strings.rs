@@ -16,13 +16,13 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<Token> {
         match reader.take() {
             byte if byte == quote => break,
             b'\\' => escape(reader, memory)?,
-            byte => memory.push_byte(byte)?,
+            byte => memory.push_byte(byte),
         }
     }
     if core::str::from_utf8(memory.bytes(memory.text_since(from))).is_err() {
         return memory.fail(Words::NotUtf8);
     }
-    memory.intern(from).map(Token::Str)
+    Ok(Token::Str(memory.intern(from)))
 }
 
 fn escape(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
@@ -43,11 +43,11 @@ fn escape(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
         b'U' => hex(reader, memory, 8)?,
         b'N' => return memory.fail(Words::CharacterName),
         _ => {
-            memory.push_byte(b'\\')?;
-            return memory.push_byte(byte);
+            memory.push_byte(b'\\');
+            return Ok(memory.push_byte(byte));
         }
     };
-    memory.push_char(char)
+    Ok(memory.push_char(char))
 }
 
 fn octal(reader: &mut Reader<'_>, first: u8) -> char {

@@ -39,16 +39,16 @@ fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value
 }
 
 fn parts(run: &mut Run<'_, '_>, dict: Value, kind: Seq) -> Result<Value> {
-    let head = run.memory.new_block(0, SIZE)?;
+    let head = run.memory.new_block(0, SIZE);
     for index in 0..run.length(dict).unwrap_or(0) {
         let (key, value) = run.entry(dict, index)?;
-        run.append(head, if kind == Seq::Keys { key } else { value })?;
+        run.append(head, if kind == Seq::Keys { key } else { value });
     }
     Ok(Value::seq(kind, head))
 }
 
 fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
-    let map = run.map(Map::Dict, 0)?;
+    let map = run.map(Map::Dict, 0);
     if let Some(head) = map.head() {
         run.put_all(head, dict)?;
     }
@@ -81,7 +81,7 @@ fn change(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> 
             let Some(last) = block.len.checked_sub(1) else { return run.memory.fail(Words::NoKey) };
             let (key, value) = run.entry(dict, last)?;
             run.memory.set_block(head, Block { len: last, ..block });
-            run.seq(Seq::Tuple, &[key, value])
+            Ok(run.seq(Seq::Tuple, &[key, value]))
         }
         _ => {
             let Some(at) = run.find(head, needed(run, first)?)? else {

@@ -67,7 +67,7 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -
 /// Appends a value that stays when the statement is over.
 fn append(run: &mut Run<'_, '_>, head: u16, value: Value) -> Result<()> {
     let before = run.memory.block(head);
-    run.append(head, value)?;
+    run.append(head, value);
     let is_new = before.room != run.memory.block(head).room;
     if is_new || value.lies_behind(run.memory.keep, run.memory.pool) {
         run.keep();

@@ -17,26 +17,29 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) 
         OfString::RSplit => {
             split_from_end(run, text, optional(run, first)?, whole(run, second.unwrap_or(Value::small(-1)))?)
         }
-        OfString::SplitLines => run.split_lines(text),
+        OfString::SplitLines => Ok(run.split_lines(text)),
         OfString::StartsWith | OfString::EndsWith => {
             has_end(run, text, needed(run, first)?, method == OfString::StartsWith).map(Value::bool)
         }
-        OfString::Lower => run.lower(text),
-        OfString::Upper => run.upper(text),
-        OfString::Capitalize => run.capitalize(text),
-        OfString::Title | OfString::SwapCase => run.change(text, |_, before, char| {
+        OfString::Lower => Ok(run.lower(text)),
+        OfString::Upper => Ok(run.upper(text)),
+        OfString::Capitalize => Ok(run.capitalize(text)),
+        OfString::Title | OfString::SwapCase => Ok(run.change(text, |_, before, char| {
             let is_letter = chars::upper(before) != chars::lower(before);
             let to_upper = if method == OfString::Title { !is_letter } else { char == chars::lower(char) };
             if to_upper { chars::upper(char) } else { chars::lower(char) }
-        }),
+        })),
         OfString::Strip | OfString::LStrip | OfString::RStrip => Ok(Value::str(run.strip(
             text,
             optional(run, first)?,
             (method != OfString::RStrip, method != OfString::LStrip),
         ))),
-        OfString::Replace => {
-            run.replace(text, string(run, first)?, string(run, second)?, whole(run, third.unwrap_or(Value::small(-1)))?)
-        }
+        OfString::Replace => Ok(run.replace(
+            text,
+            string(run, first)?,
+            string(run, second)?,
+            whole(run, third.unwrap_or(Value::small(-1)))?,
+        )),
         OfString::Join => run.join(needed(run, first)?, text, true),
         OfString::ZFill => fill_zeros(run, text, whole(run, needed(run, first)?)?),
         OfString::LJust | OfString::RJust | OfString::Center => justify(run, text, method, first, second),
@@ -128,11 +131,11 @@ fn split_from_end(run: &mut Run<'_, '_>, text: Text, separator: Option<Text>, mo
             end = part.at() + part.len() - text.at();
         }
     }
-    let list = run.seq(Seq::List, &[Value::str(text.part(0, end))])?;
+    let list = run.seq(Seq::List, &[Value::str(text.part(0, end))]);
     let Some(head) = list.head() else { return Ok(list) };
     for index in extra + 1..=extra + most {
         let part = run.element(all, index as usize)?;
-        run.append(head, part)?;
+        run.append(head, part);
     }
     Ok(list)
 }
@@ -143,9 +146,9 @@ fn fill_zeros(run: &mut Run<'_, '_>, text: Text, width: i64) -> Result<Value> {
     let missing = usize::try_from(width).unwrap_or(0).saturating_sub(crate::chars::count(string));
     let sign = usize::from(has_sign);
     let from = run.memory.top;
-    run.memory.push_text(text.part(0, sign))?;
-    (0..missing).try_for_each(|_| run.memory.push_byte(b'0'))?;
-    run.memory.push_text(text.rest(sign))?;
+    run.memory.push_text(text.part(0, sign));
+    run.memory.push_chars('0', missing);
+    run.memory.push_text(text.rest(sign));
     Ok(Value::str(run.memory.text_since(from)))
 }
 
@@ -168,9 +171,9 @@ fn justify(
     let length = crate::chars::count(run.memory.text(text));
     let missing = usize::try_from(width).unwrap_or(0).saturating_sub(length);
     match method {
-        OfString::LJust => run.pad(text, (0, missing), fill_char),
-        OfString::RJust => run.pad(text, (missing, 0), fill_char),
-        _ => center(run, text, width, fill_char),
+        OfString::LJust => Ok(run.pad(text, (0, missing), fill_char)),
+        OfString::RJust => Ok(run.pad(text, (missing, 0), fill_char)),
+        _ => Ok(center(run, text, width, fill_char)),
     }
 }
 
@@ -186,5 +189,5 @@ fn partition(run: &mut Run<'_, '_>, text: Text, separator: Text, from_end: bool)
         None if from_end => [empty, empty, text],
         None => [text, empty, empty],
     };
-    run.seq(Seq::Tuple, &parts.map(Value::str))
+    Ok(run.seq(Seq::Tuple, &parts.map(Value::str)))
 }

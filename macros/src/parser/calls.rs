@@ -11,8 +11,8 @@ impl Parser<'_, '_, '_> {
     /// A call of the value before it.
     pub fn call(&mut self) -> Result<()> {
         let count = self.arguments()?;
-        self.emit(Op::Call)?;
-        self.memory.push_byte(count)
+        self.emit(Op::Call);
+        Ok(self.memory.push_byte(count))
     }
 
     /// Arguments in parentheses; returns how many.
@@ -30,7 +30,7 @@ impl Parser<'_, '_, '_> {
             if let Token::Sign(sign @ (b'*' | lexer::POWER)) = self.token {
                 self.advance()?;
                 self.expression()?;
-                self.emit(if sign == b'*' { Op::Spread } else { Op::SpreadNamed })?;
+                self.emit(if sign == b'*' { Op::Spread } else { Op::SpreadNamed });
                 has_names = true;
                 count = count.saturating_add(1);
                 continue;
@@ -40,7 +40,7 @@ impl Parser<'_, '_, '_> {
                 self.advance()?;
                 self.advance()?;
                 self.expression()?;
-                self.emit_word(Op::Keyword, name.at() as u16)?;
+                self.emit_word(Op::Keyword, name.at() as u16);
                 has_names = true;
             } else if has_names {
                 return self.memory.fail(Words::NamesLast);
@@ -81,7 +81,7 @@ impl Parser<'_, '_, '_> {
         }
         let count = if self.token == Token::Sign(b'(') { self.arguments()? } else { 0 };
         match names::find(Filter::NAMES, self.memory.bytes(name)) {
-            Some(number) if is_known => self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8),
+            Some(number) if is_known => Ok(self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8)),
             _ => self.unknown(Fault::about(self.memory, Words::NoFilter, name), name),
         }
     }
@@ -90,7 +90,7 @@ impl Parser<'_, '_, '_> {
         if !self.is_soft && self.unknown.is_none() {
             self.unknown = Some((self.memory.top, fault));
         }
-        self.emit_word(Op::Unknown, name.at() as u16)
+        Ok(self.emit_word(Op::Unknown, name.at() as u16))
     }
 
     /// A test behind its `is`.
@@ -112,9 +112,9 @@ impl Parser<'_, '_, '_> {
             _ => 0,
         };
         match names::find(Test::NAMES, self.memory.bytes(name)) {
-            Some(number) => self.emit_word(Op::Test, u16::from(number) | u16::from(count) << 8)?,
+            Some(number) => self.emit_word(Op::Test, u16::from(number) | u16::from(count) << 8),
             None => self.unknown(Fault::about(self.memory, Words::NoTest, name), name)?,
         }
-        if is_negated { self.emit(Op::Not) } else { Ok(()) }
+        if is_negated { Ok(self.emit(Op::Not)) } else { Ok(()) }
     }
 }

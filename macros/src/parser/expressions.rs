@@ -45,7 +45,7 @@ impl Parser<'_, '_, '_> {
             return Err(self.unexpected(Words::ValueMissing));
         }
         if is_tuple || count == 0 {
-            self.emit_word(Op::Tuple, count)?;
+            self.emit_word(Op::Tuple, count);
         }
         Ok(())
     }
@@ -66,21 +66,21 @@ impl Parser<'_, '_, '_> {
 
     /// Behind the value and `if`: the condition goes before the value.
     fn condition(&mut self, start: usize) -> Result<()> {
-        self.emit_jump(Op::Jump)?;
+        self.emit_jump(Op::Jump);
         let value = self.memory.top - start;
         self.binary(OR)?;
-        self.emit_jump(Op::Unless)?;
+        self.emit_jump(Op::Unless);
         let end = self.memory.top;
         self.memory.rotate(start, end, value);
-        let to_end = end as u16 - 2;
-        self.lead_here((end - value - 2) as u16);
+        let to_end = end.saturating_sub(2) as u16;
+        self.lead_here(end.saturating_sub(value + 2) as u16);
         if self.skip_name("else")? {
             self.deeper()?;
             self.expression()?;
             self.depth -= 1;
         } else {
-            self.emit(Op::Missing)?;
-            self.memory.push_word(0)?;
+            self.emit(Op::Missing);
+            self.memory.push_word(0);
         }
         self.lead_here(to_end);
         if self.unknown.is_some_and(|(at, _)| at >= start) {
@@ -95,7 +95,7 @@ impl Parser<'_, '_, '_> {
         if least <= NOT && self.at_name("not") {
             self.advance()?;
             self.binary(NOT)?;
-            self.emit(Op::Not)?;
+            self.emit(Op::Not);
         } else {
             self.unary(true)?;
         }
@@ -105,7 +105,7 @@ impl Parser<'_, '_, '_> {
             match op {
                 Op::And | Op::Or => {
                     self.advance()?;
-                    let end = self.emit_jump(op)?;
+                    let end = self.emit_jump(op);
                     self.binary(level + 1)?;
                     self.lead_here(end);
                 }
@@ -113,7 +113,7 @@ impl Parser<'_, '_, '_> {
                 _ => {
                     self.advance()?;
                     self.binary(level + 1)?;
-                    self.emit(op)?;
+                    self.emit(op);
                 }
             }
         }
@@ -171,23 +171,23 @@ impl Parser<'_, '_, '_> {
             self.binary(ADD)?;
             match self.operator()? {
                 Some((COMPARE, next)) => {
-                    self.emit(Op::Chain)?;
-                    self.memory.push_byte(op as u8)?;
-                    self.memory.push_word(ends)?;
-                    ends = self.memory.top as u16 - 2;
+                    self.emit(Op::Chain);
+                    self.memory.push_byte(op as u8);
+                    self.memory.push_word(ends);
+                    ends = self.memory.top.saturating_sub(2) as u16;
                     op = next;
                 }
                 _ => break,
             }
         }
-        self.emit(op)?;
+        self.emit(op);
         self.lead_all(ends);
         Ok(())
     }
 
     /// Leads jumps that hang on each other to the code that follows.
     pub fn lead_all(&mut self, mut chain: u16) {
-        while chain != 0 {
+        while chain != 0 && !self.memory.is_full {
             let next = self.memory.word(usize::from(chain));
             self.lead_here(chain);
             chain = next;
@@ -199,10 +199,10 @@ impl Parser<'_, '_, '_> {
         self.deeper()?;
         if self.skip_sign(b'-')? {
             self.unary(false)?;
-            self.emit(Op::Negative)?;
+            self.emit(Op::Negative);
         } else if self.skip_sign(b'+')? {
             self.unary(false)?;
-            self.emit(Op::Positive)?;
+            self.emit(Op::Positive);
         } else {
             self.primary()?;
         }

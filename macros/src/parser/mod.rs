@@ -128,15 +128,15 @@ impl<'m, 'a, 's> Parser<'m, 'a, 's> {
         Fault::with(self.memory, words, about)
     }
 
-    fn emit(&mut self, op: Op) -> Result<()> {
+    fn emit(&mut self, op: Op) {
         code::emit(self.memory, op)
     }
 
-    fn emit_word(&mut self, op: Op, word: u16) -> Result<()> {
+    fn emit_word(&mut self, op: Op, word: u16) {
         code::emit_word(self.memory, op, word)
     }
 
-    fn emit_jump(&mut self, op: Op) -> Result<u16> {
+    fn emit_jump(&mut self, op: Op) -> u16 {
         code::emit_jump(self.memory, op)
     }
 

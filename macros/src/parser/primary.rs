@@ -19,19 +19,19 @@ impl Parser<'_, '_, '_> {
                 self.advance()?;
                 match names::find(CONSTANTS, self.memory.bytes(name)) {
                     // Instructions of constants have the order of their names.
-                    Some(number) => self.memory.push_byte(Op::None as u8 + number),
-                    None => self.emit_word(Op::Load, name.at() as u16),
+                    Some(number) => Ok(self.memory.push_byte(Op::None as u8 + number)),
+                    None => Ok(self.emit_word(Op::Load, name.at() as u16)),
                 }
             }
             Token::Str(text) => self.strings(text),
             Token::Int(value) => {
                 self.advance()?;
-                self.integer(value)
+                Ok(self.integer(value))
             }
             Token::Float(value) => {
                 self.advance()?;
-                self.emit(Op::Float)?;
-                self.memory.push_bytes(&value.to_le_bytes())
+                self.emit(Op::Float);
+                Ok(self.memory.push_bytes(&value.to_le_bytes()))
             }
             Token::Sign(b'(') => {
                 self.advance()?;
@@ -44,22 +44,22 @@ impl Parser<'_, '_, '_> {
         }
     }
 
-    fn integer(&mut self, value: i64) -> Result<()> {
+    fn integer(&mut self, value: i64) {
         if let Ok(small) = u16::try_from(value) {
             return self.emit_word(Op::Small, small);
         }
-        self.emit(Op::Int)?;
+        self.emit(Op::Int);
         self.memory.push_bytes(&value.to_le_bytes())
     }
 
     /// Strings that follow each other are one.
     fn strings(&mut self, first: Text) -> Result<()> {
         self.advance()?;
-        self.emit_word(Op::Str, first.at() as u16)?;
+        self.emit_word(Op::Str, first.at() as u16);
         while let Token::Str(text) = self.token {
             self.advance()?;
-            self.emit_word(Op::Str, text.at() as u16)?;
-            self.emit(Op::Join)?;
+            self.emit_word(Op::Str, text.at() as u16);
+            self.emit(Op::Join);
         }
         Ok(())
     }
@@ -78,7 +78,7 @@ impl Parser<'_, '_, '_> {
             count += 1;
         }
         self.advance()?;
-        self.emit_word(Op::List, count)
+        Ok(self.emit_word(Op::List, count))
     }
 
     fn dict(&mut self) -> Result<()> {
@@ -97,7 +97,7 @@ impl Parser<'_, '_, '_> {
             count += 1;
         }
         self.advance()?;
-        self.emit_word(Op::Dict, count)
+        Ok(self.emit_word(Op::Dict, count))
     }
 
     /// Attributes, subscripts and calls behind a value.
@@ -118,16 +118,16 @@ impl Parser<'_, '_, '_> {
             Token::Name(name) => {
                 self.advance()?;
                 if self.token != Token::Sign(b'(') {
-                    return self.emit_word(Op::Attribute, name.at() as u16);
+                    return Ok(self.emit_word(Op::Attribute, name.at() as u16));
                 }
                 let count = self.arguments()?;
-                self.emit_word(Op::Method, name.at() as u16)?;
-                self.memory.push_byte(count)
+                self.emit_word(Op::Method, name.at() as u16);
+                Ok(self.memory.push_byte(count))
             }
             Token::Int(number) => {
                 self.advance()?;
-                self.integer(number)?;
-                self.emit(Op::Item)
+                self.integer(number);
+                Ok(self.emit(Op::Item))
             }
             _ => Err(self.unexpected(Words::NameMissing)),
         }
@@ -146,20 +146,20 @@ impl Parser<'_, '_, '_> {
         }
         self.advance()?;
         if count == 1 {
-            return self.emit(if is_slice { Op::Slice } else { Op::Item });
+            return Ok(self.emit(if is_slice { Op::Slice } else { Op::Item }));
         }
         if is_slice {
             return self.memory.fail(Words::SliceAlone);
         }
-        self.emit_word(Op::Tuple, count)?;
-        self.emit(Op::Item)
+        self.emit_word(Op::Tuple, count);
+        Ok(self.emit(Op::Item))
     }
 
     /// An index, or the three parts of a slice; returns whether it was one.
     fn index(&mut self) -> Result<bool> {
         let colon = Token::Sign(b':');
         if self.token == colon {
-            self.emit(Op::None)?;
+            self.emit(Op::None);
         } else {
             self.expression()?;
             if self.token != colon {
@@ -172,12 +172,12 @@ impl Parser<'_, '_, '_> {
             self.advance()?;
             self.bound()?;
         } else {
-            self.emit(Op::None)?;
+            self.emit(Op::None);
         }
         Ok(true)
     }
 
     fn bound(&mut self) -> Result<()> {
-        if matches!(self.token, Token::Sign(b':' | b']' | b',')) { self.emit(Op::None) } else { self.expression() }
+        if matches!(self.token, Token::Sign(b':' | b']' | b',')) { Ok(self.emit(Op::None)) } else { self.expression() }
     }
 }

@@ -12,41 +12,42 @@ impl Parser<'_, '_, '_> {
     /// Reads the whole template.
     pub fn template(&mut self) -> Result<()> {
         self.advance()?;
-        loop {
+        while !self.memory.is_full {
             let token = self.token;
             match token {
                 Token::Data(text) => {
-                    self.emit_word(Op::Text, text.at() as u16)?;
+                    self.emit_word(Op::Text, text.at() as u16);
                     self.advance()?;
                     continue;
                 }
                 Token::OutputBegin | Token::TagBegin => {}
                 _ => break,
             }
-            self.mark(self.place)?;
+            self.mark(self.place);
             self.advance()?;
             let end = if token == Token::TagBegin {
                 self.tag()?;
                 (Token::TagEnd, Words::TagEnd)
             } else {
                 self.tuple(Form::default())?;
-                self.emit(Op::Emit)?;
+                self.emit(Op::Emit);
                 (Token::OutputEnd, Words::OutputEnd)
             };
             self.check_names()?;
             self.expect(end.0, end.1)?;
         }
         let open = self.tags.last();
-        if open.kind != Kind::Template {
+        if open.kind != Kind::Template && !self.memory.is_full {
             self.place = open.place;
             return self.memory.fail(Words::NoEnd);
         }
-        self.emit(Op::End)
+        self.emit(Op::End);
+        if self.memory.is_full { self.memory.fail(Words::NoMemory) } else { Ok(()) }
     }
 
     /// Notes the place of a tag in the code.
-    fn mark(&mut self, (line, column): (u16, u16)) -> Result<()> {
-        self.emit_word(Op::At, line)?;
+    fn mark(&mut self, (line, column): (u16, u16)) {
+        self.emit_word(Op::At, line);
         self.memory.push_word(column)
     }
 
@@ -86,7 +87,7 @@ impl Parser<'_, '_, '_> {
     /// A condition, and the jump where it does not hold.
     fn condition_of_branch(&mut self) -> Result<u16> {
         self.tuple(Form { is_bare: true, in_parentheses: false })?;
-        self.emit_jump(Op::Unless)
+        Ok(self.emit_jump(Op::Unless))
     }
 
     fn begin_if(&mut self, place: (u16, u16)) -> Result<()> {
@@ -97,11 +98,11 @@ impl Parser<'_, '_, '_> {
     /// Ends a branch and begins that of `elif` or `else`.
     fn next_branch(&mut self, has_test: bool) -> Result<()> {
         let mut open = self.tags.pop();
-        self.emit_word(Op::Jump, open.ends)?;
-        open.ends = self.memory.top as u16 - 2;
+        self.emit_word(Op::Jump, open.ends);
+        open.ends = self.memory.top.saturating_sub(2) as u16;
         self.lead_here(open.branch);
         if has_test {
-            self.mark(self.lexer.place)?;
+            self.mark(self.lexer.place);
             open.branch = self.condition_of_branch()?;
         } else {
             open.kind = Kind::Else;
@@ -128,42 +129,42 @@ impl Parser<'_, '_, '_> {
             return Err(self.unexpected(Words::InMissing));
         }
         self.tuple(Form { is_bare: true, in_parentheses: false })?;
-        self.emit(Op::ForBegin)?;
+        self.emit(Op::ForBegin);
         let mut open = Open::new(Kind::For, place, self.is_soft);
-        open.branch = self.emit_jump(Op::ForNext)? - length as u16;
-        open.again = open.branch - 1;
+        open.branch = self.emit_jump(Op::ForNext).saturating_sub(length as u16);
+        open.again = open.branch.saturating_sub(1);
         self.memory.rotate(start, self.memory.top, length);
         if self.skip_name("if")? {
             self.expression()?;
-            let passes = self.emit_jump(Op::Or)?;
-            let back = self.emit_jump(Op::ForAgain)?;
+            let passes = self.emit_jump(Op::Or);
+            let back = self.emit_jump(Op::ForAgain);
             code::lead(self.memory, back, open.again);
             self.lead_here(passes);
-            self.emit(Op::Drop)?;
+            self.emit(Op::Drop);
         }
         if self.at_name("recursive") {
             return self.memory.fail(Words::Recursive);
         }
         let from = self.memory.top;
-        self.memory.push_bytes(b"loop")?;
-        let name = self.memory.intern(from)?;
-        self.emit_word(Op::ForCount, name.at() as u16)?;
+        self.memory.push_bytes(b"loop");
+        let name = self.memory.intern(from);
+        self.emit_word(Op::ForCount, name.at() as u16);
         self.open(open, false)
     }
 
     /// Ends the turns of a loop.
     fn end_turns(&mut self, open: Open) -> Result<u16> {
-        let back = self.emit_jump(Op::ForAgain)?;
+        let back = self.emit_jump(Op::ForAgain);
         code::lead(self.memory, back, open.again);
         self.lead_here(open.branch);
-        self.emit_jump(Op::ForEnd)
+        Ok(self.emit_jump(Op::ForEnd))
     }
 
     fn else_of_for(&mut self) -> Result<()> {
         let mut open = self.tags.pop();
         open.branch = self.end_turns(open)?;
         open.kind = Kind::ForElse;
-        self.emit(Op::FrameBegin)?;
+        self.emit(Op::FrameBegin);
         self.skip_sign(b':')?;
         self.tags.push(self.memory, open)
     }
@@ -173,7 +174,7 @@ impl Parser<'_, '_, '_> {
         let end = if open.kind == Kind::For {
             self.end_turns(open)?
         } else {
-            self.emit(Op::FrameEnd)?;
+            self.emit(Op::FrameEnd);
             open.branch
         };
         self.lead_here(end);
@@ -196,14 +197,14 @@ impl Parser<'_, '_, '_> {
         self.memory.rotate(start, self.memory.top, length);
         let mut open = Open::new(Kind::Set, place, self.is_soft);
         (open.branch, open.again) = (start as u16, (self.memory.top - start) as u16);
-        self.emit(Op::CaptureBegin)?;
+        self.emit(Op::CaptureBegin);
         self.open(open, false)
     }
 
     /// The text that was caught goes through the filters, and is stored.
     fn end_set(&mut self) -> Result<()> {
         let open = self.tags.pop();
-        self.emit(Op::CaptureEnd)?;
+        self.emit(Op::CaptureEnd);
         self.memory.rotate(usize::from(open.branch), self.memory.top, usize::from(open.again));
         self.is_soft = open.was_soft;
         Ok(())

@@ -22,7 +22,7 @@ impl Parser<'_, '_, '_> {
                 Op::StoreMember => at += 2,
                 Op::Store => {
                     let name = self.memory.word(at + 1);
-                    self.emit_word(Op::Declare, name)?;
+                    self.emit_word(Op::Declare, name);
                 }
                 _ => {}
             }
@@ -44,7 +44,7 @@ impl Parser<'_, '_, '_> {
                 break;
             }
             if count == 1 {
-                self.emit_word(Op::Unpack, 0)?;
+                self.emit_word(Op::Unpack, 0);
                 self.memory.rotate(start, self.memory.top, self.memory.top - 3 - start);
                 is_tuple = true;
             }
@@ -71,10 +71,10 @@ impl Parser<'_, '_, '_> {
         let name = name.at() as u16;
         if !is_loop && self.skip_sign(b'.')? {
             let member = self.expect_name(Words::NameMissing)?;
-            self.emit_word(Op::StoreMember, name)?;
-            self.memory.push_word(member.at() as u16)?;
+            self.emit_word(Op::StoreMember, name);
+            self.memory.push_word(member.at() as u16);
         } else {
-            self.emit_word(Op::Store, name)?;
+            self.emit_word(Op::Store, name);
         }
         Ok(false)
     }

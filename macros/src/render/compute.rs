@@ -48,7 +48,7 @@ impl Machine<'_, '_> {
                 self.two(op, first, last)?
             }
         };
-        self.run.memory.push(result)
+        Ok(self.run.memory.push(result))
     }
 
     fn two(&mut self, op: Op, a: Value, b: Value) -> Result<Value> {
@@ -61,7 +61,7 @@ impl Machine<'_, '_> {
             Op::Join => {
                 let a = run.text_of(a)?;
                 let b = run.text_of(b)?;
-                run.join_two(a, b)
+                Ok(run.join_two(a, b))
             }
             Op::Add | Op::Subtract | Op::Multiply | Op::Divide | Op::FloorDivide | Op::Modulo | Op::Power => {
                 numbers::calculate(run, op, a, b)
@@ -73,7 +73,7 @@ impl Machine<'_, '_> {
 
 fn sign(run: &mut Run<'_, '_>, value: Value, is_negative: bool) -> Result<Value> {
     match number(&run.memory, value) {
-        Some(Number::Int(int)) => run.memory.int(if is_negative { int.wrapping_neg() } else { int }),
+        Some(Number::Int(int)) => Ok(run.memory.int(if is_negative { int.wrapping_neg() } else { int })),
         Some(Number::Float(float)) => Ok(Value::float(if is_negative { -float } else { float })),
         None => Err(wrong(&run.memory, Words::WantsNumber, value)),
     }

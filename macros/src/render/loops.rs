@@ -18,9 +18,9 @@ impl Machine<'_, '_> {
                 let name = self.word();
                 let value = self.run.memory.pop();
                 if self.place_of(name).is_none() {
-                    self.run.memory.push_named(Use::Variable, name, Value::NONE)?;
+                    self.run.memory.push_named(Use::Variable, name, Value::NONE);
                 }
-                self.run.memory.push(value)?;
+                self.run.memory.push(value);
             }
             Op::Store => {
                 let name = self.word();
@@ -44,7 +44,7 @@ impl Machine<'_, '_> {
         let value = self.keep(value);
         match self.place_of(name) {
             Some(index) => self.run.memory.set_at(index, value),
-            None => self.run.memory.push_named(Use::Variable, name, value)?,
+            None => self.run.memory.push_named(Use::Variable, name, value),
         }
         Ok(())
     }
@@ -81,7 +81,7 @@ impl Machine<'_, '_> {
         }
         for index in (0..count).rev() {
             let part = self.run.element(value, index)?;
-            self.run.memory.push(part)?;
+            self.run.memory.push(part);
         }
         // Storing the first of them may not take the place of the others.
         self.run.memory.keep = self.run.memory.top;
@@ -93,8 +93,8 @@ impl Machine<'_, '_> {
     pub fn frames(&mut self, op: Op) -> Result<()> {
         match op {
             Op::FrameBegin | Op::CaptureBegin => {
-                self.run.memory.push(Value::count(self.frame))?;
-                self.run.memory.push(Value::count(self.written))?;
+                self.run.memory.push(Value::count(self.frame));
+                self.run.memory.push(Value::count(self.written));
                 self.frame = self.run.memory.depth();
             }
             _ => {
@@ -103,7 +103,7 @@ impl Machine<'_, '_> {
                 self.frame = whole(self.run.memory.pop());
                 if op == Op::CaptureEnd {
                     let text = self.catch(from)?;
-                    self.run.memory.push(Value::str(text))?;
+                    self.run.memory.push(Value::str(text));
                 }
             }
         }
@@ -114,7 +114,7 @@ impl Machine<'_, '_> {
     fn catch(&mut self, from: usize) -> Result<Text> {
         self.run.memory.top = self.run.memory.keep;
         let start = self.run.memory.top;
-        self.run.memory.push_bytes(self.output.get(from..self.written).unwrap_or_default())?;
+        self.run.memory.push_bytes(self.output.get(from..self.written).unwrap_or_default());
         self.written = from;
         Ok(self.run.memory.text_since(start))
     }
@@ -129,7 +129,7 @@ impl Machine<'_, '_> {
                 let at = self.frame - LOOP_PLACES;
                 let turns = whole_at(self, at + 1) + 1;
                 self.run.memory.set_at(at + 1, Value::count(turns as usize));
-                self.run.memory.push_named(Use::Variable, name, Value::turns(at))
+                Ok(self.run.memory.push_named(Use::Variable, name, Value::turns(at)))
             }
             Op::ForAgain => {
                 self.run.memory.cut(self.frame);
@@ -170,7 +170,7 @@ impl Machine<'_, '_> {
         let value = self.keep(value);
         let back = self.frame << 16 | self.run.memory.keep;
         for value in [value, Value::small(-1), Value::small(0), Value::count(back)] {
-            self.run.memory.push(value)?;
+            self.run.memory.push(value);
         }
         self.frame = self.run.memory.depth();
         Ok(())
@@ -187,7 +187,7 @@ impl Machine<'_, '_> {
         self.leap(false);
         self.run.memory.set_at(at + 2, Value::count(next + 1));
         let element = self.run.element(value, next)?;
-        self.run.memory.push(element)
+        Ok(self.run.memory.push(element))
     }
 }
 

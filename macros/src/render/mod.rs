@@ -96,6 +96,9 @@ struct Machine<'r, 'a> {
 impl Machine<'_, '_> {
     fn carry_out(&mut self) -> Result<()> {
         for _ in 0..MOST_INSTRUCTIONS {
+            if self.run.memory.is_full {
+                return self.run.memory.fail(Words::NoMemory);
+            }
             let op = Op::from_byte(self.byte());
             match op {
                 Op::End => return Ok(()),
@@ -114,7 +117,7 @@ impl Machine<'_, '_> {
                 }
                 Op::None | Op::True | Op::False | Op::Missing | Op::Small | Op::Int | Op::Float | Op::Str => {
                     let value = self.constant(op)?;
-                    self.run.memory.push(value)?;
+                    self.run.memory.push(value);
                 }
                 Op::Load => self.load()?,
                 Op::List | Op::Tuple | Op::Dict => self.container(op)?,
@@ -174,7 +177,7 @@ impl Machine<'_, '_> {
             Op::Small => Value::count(usize::from(self.word())),
             Op::Int => {
                 let int = self.eight() as i64;
-                return self.run.memory.int(int);
+                return Ok(self.run.memory.int(int));
             }
             Op::Float => Value::float(f64::from_bits(self.eight())),
             Op::Str => Value::str(self.string()),
@@ -186,7 +189,7 @@ impl Machine<'_, '_> {
     fn load(&mut self) -> Result<()> {
         let name = self.string();
         let value = self.variable(name)?;
-        self.run.memory.push(value)
+        Ok(self.run.memory.push(value))
     }
 
     fn variable(&mut self, name: Text) -> Result<Value> {
@@ -215,7 +218,7 @@ impl Machine<'_, '_> {
         let value = Run::take(&mut self.run.memory, given)?;
         let value = self.run.settle(value, DEEPEST)?;
         if matches!(value.view(), View::Seq(..) | View::Map(..)) {
-            self.run.note_given(VARIABLES, name, value)?;
+            self.run.note_given(VARIABLES, name, value);
         }
         Ok(Some(value))
     }
@@ -226,7 +229,7 @@ impl Machine<'_, '_> {
         let places = if op == Op::Dict { 2 * count } else { count };
         let first = self.run.memory.depth().saturating_sub(places);
         let value = if op == Op::Dict {
-            let map = self.run.map(Map::Dict, count)?;
+            let map = self.run.map(Map::Dict, count);
             let Some(head) = map.head() else { return Ok(()) };
             for index in 0..count {
                 let [key, value] = [0, 1].map(|offset| self.run.memory.at(first + 2 * index + offset));
@@ -234,15 +237,15 @@ impl Machine<'_, '_> {
             }
             map
         } else {
-            let head = self.run.memory.new_block(count, SIZE)?;
+            let head = self.run.memory.new_block(count, SIZE);
             for index in 0..count {
                 let value = self.run.memory.at(first + index);
-                self.run.append(head, value)?;
+                self.run.append(head, value);
             }
             Value::seq(if op == Op::List { Seq::List } else { Seq::Tuple }, head)
         };
         self.run.memory.cut(first);
-        self.run.memory.push(value)
+        Ok(self.run.memory.push(value))
     }
 
     fn jump(&mut self, op: Op) -> Result<()> {
@@ -252,7 +255,7 @@ impl Machine<'_, '_> {
                 let comparison = Op::from_byte(self.byte());
                 let (b, a) = (self.run.memory.pop(), self.run.memory.pop());
                 let holds = compute::compare(&mut self.run, comparison, a, b)?;
-                self.run.memory.push(if holds { b } else { Value::bool(false) })?;
+                self.run.memory.push(if holds { b } else { Value::bool(false) });
                 !holds
             }
             _ => {
@@ -260,7 +263,7 @@ impl Machine<'_, '_> {
                 let is_true = self.run.truth(last);
                 let is_taken = is_true == (op == Op::Or);
                 if is_taken && op != Op::Unless {
-                    self.run.memory.push(last)?;
+                    self.run.memory.push(last);
                 }
                 is_taken
             }
@@ -296,6 +299,6 @@ impl Machine<'_, '_> {
             _ => return Err(wrong(&run.memory, Words::NotCallable, subject)),
         };
         self.run.memory.cut(first.saturating_sub(1));
-        self.run.memory.push(result)
+        Ok(self.run.memory.push(result))
     }
 }

@@ -32,7 +32,7 @@ impl Run<'_, '_> {
         let at = match self.find(head, key)? {
             Some(at) => at,
             None => {
-                let at = self.memory.grow(head, 2 * SIZE)?;
+                let at = self.memory.grow(head, 2 * SIZE);
                 self.memory.set_value(at, key);
                 at
             }
@@ -97,10 +97,10 @@ impl Run<'_, '_> {
     /// A list of the elements of what can be gone through.
     pub fn list_of(&mut self, kind: Seq, value: Value) -> Result<Value> {
         let length = self.iterate(value)?;
-        let head = self.memory.new_block(length.min(usize::from(u16::MAX)), SIZE)?;
+        let head = self.memory.new_block(length.min(usize::from(u16::MAX)), SIZE);
         for index in 0..length {
             let element = self.element(value, index)?;
-            self.append(head, element)?;
+            self.append(head, element);
         }
         self.use_up(value);
         Ok(Value::seq(kind, head))
@@ -124,7 +124,7 @@ impl Run<'_, '_> {
         match object.kind {
             Kind::Lookup => Ok(value),
             Kind::Dict => {
-                let map = self.map(Map::Dict, length)?;
+                let map = self.map(Map::Dict, length);
                 let Some(head) = map.head() else { return Ok(map) };
                 for index in 0..length {
                     let (key, part) = self.entry(value, index)?;
@@ -134,11 +134,11 @@ impl Run<'_, '_> {
                 Ok(map)
             }
             Kind::List | Kind::Tuple => {
-                let head = self.memory.new_block(length, SIZE)?;
+                let head = self.memory.new_block(length, SIZE);
                 for index in 0..length {
                     let part = self.part(object, index)?;
                     let part = self.settle(part, depth - 1)?;
-                    self.append(head, part)?;
+                    self.append(head, part);
                 }
                 Ok(Value::seq(if object.kind == Kind::List { Seq::List } else { Seq::Tuple }, head))
             }

@@ -41,10 +41,10 @@ impl Run<'_, '_> {
     }
 
     /// Makes a range of three bounds.
-    pub fn new_range(&mut self, bounds: [i64; 3]) -> Result<Value> {
+    pub fn new_range(&mut self, bounds: [i64; 3]) -> Value {
         let at = self.memory.top;
-        bounds.iter().try_for_each(|bound| self.memory.push_bytes(&bound.to_le_bytes()))?;
-        Ok(Value::range(at))
+        bounds.iter().for_each(|bound| self.memory.push_bytes(&bound.to_le_bytes()));
+        Value::range(at)
     }
 
     fn range_length(&self, at: u16) -> usize {
@@ -83,7 +83,7 @@ impl Run<'_, '_> {
             View::Range(at) => {
                 let [start, _, step] = self.range(at);
                 let element = step.checked_mul(index as i64).and_then(|offset| start.checked_add(offset));
-                self.memory.int(element.unwrap_or(i64::MAX))
+                Ok(self.memory.int(element.unwrap_or(i64::MAX)))
             }
             View::Object(object) => self.part(object, index),
             _ => Ok(Value::MISSING),
@@ -171,7 +171,7 @@ impl Run<'_, '_> {
         if let View::Range(at) = value.view() {
             let [start, _, pace] = self.range(at);
             let place = |index: i64| start.saturating_add(pace.saturating_mul(index));
-            return self.new_range([place(from), place(to), pace.saturating_mul(step)]);
+            return Ok(self.new_range([place(from), place(to), pace.saturating_mul(step)]));
         }
         self.copy_slice(value, from, to, step)
     }
@@ -187,17 +187,17 @@ impl Run<'_, '_> {
             let mut index = from;
             while is_on(index) {
                 let part = self.character(text, index as usize);
-                self.memory.push_text(part)?;
+                self.memory.push_text(part);
                 index = index.saturating_add(step);
             }
             return Ok(Value::str(self.memory.text_since(start)));
         }
         let kind = if value.is(types::TUPLE) { Seq::Tuple } else { Seq::List };
-        let head = self.memory.new_block(0, SIZE)?;
+        let head = self.memory.new_block(0, SIZE);
         let mut index = from;
         while is_on(index) {
             let element = self.element(value, index as usize)?;
-            self.append(head, element)?;
+            self.append(head, element);
             index = index.saturating_add(step);
         }
         Ok(Value::seq(kind, head))

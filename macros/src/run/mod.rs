@@ -33,9 +33,9 @@ impl Run<'_, '_> {
         Ok(match given {
             Given::None => Value::NONE,
             Given::Bool(is) => Value::bool(is),
-            Given::Int(int) => return memory.int(int),
+            Given::Int(int) => return Ok(memory.int(int)),
             Given::Float(float) => Value::float(float),
-            Given::Text(text) => Value::str(memory.copy_in(text)?),
+            Given::Text(text) => Value::str(memory.copy_in(text)),
             Given::Literal(text) => literal::read(memory, &mut text.bytes())?,
             Given::Object(object) => Value::object(object),
         })
@@ -60,7 +60,7 @@ impl Run<'_, '_> {
             && value.head().is_some()
             && self.given_before(object.id, name).is_none()
         {
-            self.note_given(object.id, name, value)?;
+            self.note_given(object.id, name, value);
         }
         Ok(member)
     }
@@ -80,15 +80,15 @@ impl Run<'_, '_> {
     }
 
     /// Notes a container of the machine's, which stays from now on.
-    pub fn note_given(&mut self, owner: u32, name: Text, value: Value) -> Result<()> {
-        let at = self.memory.reserve(ENTRY + crate::value::SIZE)?;
+    pub fn note_given(&mut self, owner: u32, name: Text, value: Value) {
+        let at = self.memory.reserve(ENTRY + crate::value::SIZE);
         self.memory.set_word(at, self.given);
         self.memory.set_long_word(at + 2, name.bits());
         self.memory.set_long_word(at + 6, owner);
         self.memory.set_value(at + ENTRY, value);
         self.given = at as u16;
         self.keep();
-        Ok(())
+        ()
     }
 
     /// Name or element of an object of the machine's.
@@ -98,27 +98,27 @@ impl Run<'_, '_> {
     }
 
     /// A text of the program as a value.
-    pub fn str(&mut self, text: &str) -> Result<Value> {
-        self.memory.copy_in(text).map(Value::str)
+    pub fn str(&mut self, text: &str) -> Value {
+        Value::str(self.memory.copy_in(text))
     }
 
     /// A list or tuple of values.
-    pub fn seq(&mut self, kind: Seq, values: &[Value]) -> Result<Value> {
-        let head = self.memory.new_block(values.len(), crate::value::SIZE)?;
-        values.iter().try_for_each(|value| self.append(head, *value))?;
-        Ok(Value::seq(kind, head))
+    pub fn seq(&mut self, kind: Seq, values: &[Value]) -> Value {
+        let head = self.memory.new_block(values.len(), crate::value::SIZE);
+        values.iter().for_each(|value| self.append(head, *value));
+        Value::seq(kind, head)
     }
 
     /// Appends a value to a list, tuple or view.
-    pub fn append(&mut self, head: u16, value: Value) -> Result<()> {
-        let at = self.memory.grow(head, crate::value::SIZE)?;
+    pub fn append(&mut self, head: u16, value: Value) {
+        let at = self.memory.grow(head, crate::value::SIZE);
         self.memory.set_value(at, value);
-        Ok(())
+        ()
     }
 
     /// An empty dict or namespace.
-    pub fn map(&mut self, kind: Map, room: usize) -> Result<Value> {
-        self.memory.new_block(room, 2 * crate::value::SIZE).map(|head| Value::map(kind, head))
+    pub fn map(&mut self, kind: Map, room: usize) -> Value {
+        Value::map(kind, self.memory.new_block(room, 2 * crate::value::SIZE))
     }
 
     /// Keeps what is in memory: something that stays refers to it.

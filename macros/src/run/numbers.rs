@@ -60,7 +60,7 @@ fn integers(memory: &mut Memory<'_>, op: Op, a: i64, b: i64) -> Result<Value> {
         _ => return floats(memory, op, a as f64, b as f64),
     };
     match result {
-        Some(int) => memory.int(int),
+        Some(int) => Ok(memory.int(int)),
         None => memory.fail(OVERFLOW),
     }
 }
@@ -122,7 +122,7 @@ fn power(memory: &Memory<'_>, a: f64, b: f64) -> Result<Value> {
 
 fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
     if let (Some(a), Some(b)) = (a.text(), b.text()) {
-        return run.join_two(a, b);
+        return Ok(run.join_two(a, b));
     }
     let kind = sequence_kind(a);
     match (kind, sequence_kind(b)) {
@@ -131,7 +131,7 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
             let Some(head) = sum.head() else { return Ok(sum) };
             for index in 0..run.iterate(b)? {
                 let element = run.element(b, index)?;
-                run.append(head, element)?;
+                run.append(head, element);
             }
             Ok(sum)
         }
@@ -161,17 +161,23 @@ fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
     if let Some(text) = value.text() {
         let from = run.memory.top;
         if text.len() > 0 {
-            (0..count).try_for_each(|_| run.memory.push_text(text))?;
+            let mut left = count;
+            while left > 0 && !run.memory.is_full {
+                run.memory.push_text(text);
+                left -= 1;
+            }
         }
         return Ok(Value::str(run.memory.text_since(from)));
     }
     let Some(kind) = sequence_kind(value) else { return Err(wrong(&run.memory, NO_ARITHMETIC, value)) };
-    let head = run.memory.new_block(0, crate::value::SIZE)?;
+    let head = run.memory.new_block(0, crate::value::SIZE);
     let length = run.iterate(value)?;
-    for _ in 0..if length == 0 { 0 } else { count } {
+    let mut left = if length == 0 { 0 } else { count };
+    while left > 0 && !run.memory.is_full {
+        left -= 1;
         for index in 0..length {
             let element = run.element(value, index)?;
-            run.append(head, element)?;
+            run.append(head, element);
         }
     }
     Ok(Value::seq(kind, head))

@@ -35,14 +35,14 @@ impl Run<'_, '_> {
             return self.memory.fail(TOO_DEEP);
         }
         match value.view() {
-            View::Undefined(_) => self.memory.push_bytes(b"Undefined"),
-            View::None => self.memory.push_bytes(b"None"),
-            View::Number => self.write_number(value),
-            View::Str(text) => self.write_quoted(text),
+            View::Undefined(_) => Ok(self.memory.push_bytes(b"Undefined")),
+            View::None => Ok(self.memory.push_bytes(b"None")),
+            View::Number => Ok(self.write_number(value)),
+            View::Str(text) => Ok(self.write_quoted(text)),
             View::Seq(Seq::Once, _) => self.memory.fail(Words::WantsList),
             View::Seq(kind, head) => self.write_seq(kind, head, depth),
             View::Map(kind, head) => self.write_map(kind, head, depth),
-            View::Range(at) => self.write_range(at),
+            View::Range(at) => Ok(self.write_range(at)),
             View::Object(object) if object.kind != Kind::Lookup => self.memory.fail(TOO_DEEP),
             View::Object(_) | View::Function(_) | View::Method | View::Loop(_) => {
                 Err(wrong(&self.memory, Words::NoText, value))
@@ -50,7 +50,7 @@ impl Run<'_, '_> {
         }
     }
 
-    fn write_number(&mut self, value: Value) -> Result<()> {
+    fn write_number(&mut self, value: Value) {
         if let Some(is) = value.as_bool() {
             return self.memory.push_bytes(if is { b"True" } else { b"False" });
         }
@@ -71,69 +71,69 @@ impl Run<'_, '_> {
             Seq::Values => ("dict_values([", "])"),
             Seq::Items => ("dict_items([", "])"),
         };
-        self.memory.push_bytes(begin.as_bytes())?;
+        self.memory.push_bytes(begin.as_bytes());
         let length = self.memory.block(head).len;
         for index in 0..length {
             if index > 0 {
-                self.memory.push_bytes(b", ")?;
+                self.memory.push_bytes(b", ");
             }
             let element = self.element(Value::seq(kind, head), index)?;
             self.write_repr(element, depth - 1)?;
         }
         if kind == Seq::Tuple && length == 1 {
-            self.memory.push_byte(b',')?;
+            self.memory.push_byte(b',');
         }
-        self.memory.push_bytes(end.as_bytes())
+        Ok(self.memory.push_bytes(end.as_bytes()))
     }
 
     fn write_map(&mut self, kind: Map, head: u16, depth: u8) -> Result<()> {
         if kind == Map::Namespace {
-            self.memory.push_bytes(b"<Namespace ")?;
+            self.memory.push_bytes(b"<Namespace ");
         }
-        self.memory.push_byte(b'{')?;
+        self.memory.push_byte(b'{');
         for index in 0..self.memory.block(head).len {
             if index > 0 {
-                self.memory.push_bytes(b", ")?;
+                self.memory.push_bytes(b", ");
             }
             let (key, value) = self.entry(Value::map(kind, head), index)?;
             self.write_repr(key, depth - 1)?;
-            self.memory.push_bytes(b": ")?;
+            self.memory.push_bytes(b": ");
             self.write_repr(value, depth - 1)?;
         }
-        self.memory.push_byte(b'}')?;
-        if kind == Map::Namespace { self.memory.push_byte(b'>') } else { Ok(()) }
+        self.memory.push_byte(b'}');
+        if kind == Map::Namespace { Ok(self.memory.push_byte(b'>')) } else { Ok(()) }
     }
 
-    fn write_range(&mut self, at: u16) -> Result<()> {
+    fn write_range(&mut self, at: u16) {
         let [start, end, step] = self.range(at);
-        self.memory.push_bytes(b"range(")?;
-        write_int(&mut self.memory, start)?;
-        self.memory.push_bytes(b", ")?;
-        write_int(&mut self.memory, end)?;
+        self.memory.push_bytes(b"range(");
+        write_int(&mut self.memory, start);
+        self.memory.push_bytes(b", ");
+        write_int(&mut self.memory, end);
         if step != 1 {
-            self.memory.push_bytes(b", ")?;
-            write_int(&mut self.memory, step)?;
+            self.memory.push_bytes(b", ");
+            write_int(&mut self.memory, step);
         }
         self.memory.push_byte(b')')
     }
 
-    fn write_quoted(&mut self, text: Text) -> Result<()> {
+    fn write_quoted(&mut self, text: Text) {
         let has = |quote| self.memory.bytes(text).contains(&quote);
         let quote = if has(b'\'') && !has(b'"') { '"' } else { '\'' };
-        self.memory.push_char(quote)?;
+        self.memory.push_char(quote);
         let mut at = 0;
         while let Some(char) = self.memory.text(text.rest(at)).chars().next() {
             at += char.len_utf8();
             match char {
-                '\n' => self.memory.push_bytes(b"\\n")?,
-                '\r' => self.memory.push_bytes(b"\\r")?,
-                '\t' => self.memory.push_bytes(b"\\t")?,
+                '\n' => self.memory.push_bytes(b"\\n"),
+                '\r' => self.memory.push_bytes(b"\\r"),
+                '\t' => self.memory.push_bytes(b"\\t"),
                 _ if char == quote || char == '\\' => {
-                    self.memory.push_byte(b'\\')?;
-                    self.memory.push_char(char)?;
+                    self.memory.push_byte(b'\\');
+                    self.memory.push_char(char);
                 }
-                _ if is_printable(char) => self.memory.push_char(char)?,
-                _ => write_escape(&mut self.memory, char)?,
+                _ if is_printable(char) => self.memory.push_char(char),
+                _ => write_escape(&mut self.memory, char),
             }
         }
         self.memory.push_char(quote)
@@ -145,35 +145,35 @@ fn is_printable(char: char) -> bool {
     char == ' ' || !(char.is_whitespace() || matches!(char, '\0'..='\x1f' | '\x7f'..='\u{a0}' | '\u{ad}'))
 }
 
-fn write_escape(memory: &mut Memory<'_>, char: char) -> Result<()> {
+fn write_escape(memory: &mut Memory<'_>, char: char) {
     let code = char as u32;
     let (prefix, width) = match code {
         0..0x100 => ("\\x", 2),
         0x100..0x1_0000 => ("\\u", 4),
         _ => ("\\U", 8),
     };
-    memory.push_bytes(prefix.as_bytes())?;
+    memory.push_bytes(prefix.as_bytes());
     let mut digits = Integer::new(u64::from(code), 16);
     let text = digits.text();
-    (text.len()..width).try_for_each(|_| memory.push_byte(b'0'))?;
+    memory.push_chars('0', width - text.len());
     memory.push_bytes(text.as_bytes())
 }
 
 /// Appends a whole number.
-pub fn write_int(memory: &mut Memory<'_>, int: i64) -> Result<()> {
+pub fn write_int(memory: &mut Memory<'_>, int: i64) {
     if int < 0 {
-        memory.push_byte(b'-')?;
+        memory.push_byte(b'-');
     }
     memory.push_bytes(Integer::new(int.unsigned_abs(), 10).text().as_bytes())
 }
 
 /// Appends a real number with the shortest digits that read back as it.
-pub fn write_float(memory: &mut Memory<'_>, float: f64) -> Result<()> {
+pub fn write_float(memory: &mut Memory<'_>, float: f64) {
     if float.is_nan() {
         return memory.push_bytes(b"nan");
     }
     if float.is_sign_negative() {
-        memory.push_byte(b'-')?;
+        memory.push_byte(b'-');
     }
     if float.is_infinite() {
         return memory.push_bytes(b"inf");
@@ -183,10 +183,10 @@ pub fn write_float(memory: &mut Memory<'_>, float: f64) -> Result<()> {
     let power = shortest.power;
     if !(-4..16).contains(&power) {
         let (first, rest) = digits.split_at_checked(1).unwrap_or_default();
-        memory.push_bytes(first)?;
+        memory.push_bytes(first);
         if !rest.is_empty() {
-            memory.push_byte(b'.')?;
-            memory.push_bytes(rest)?;
+            memory.push_byte(b'.');
+            memory.push_bytes(rest);
         }
         return write_exponent(memory, power);
     }
@@ -194,18 +194,18 @@ pub fn write_float(memory: &mut Memory<'_>, float: f64) -> Result<()> {
         let index = usize::try_from(power - place).ok();
         index.and_then(|index| digits.get(index)).copied().unwrap_or(b'0')
     };
-    (0..=power.max(0)).rev().try_for_each(|place| memory.push_byte(digit(place)))?;
-    memory.push_byte(b'.')?;
+    (0..=power.max(0)).rev().for_each(|place| memory.push_byte(digit(place)));
+    memory.push_byte(b'.');
     let last = (power - shortest.count as i32 + 1).min(-1);
-    (last..0).rev().try_for_each(|place| memory.push_byte(digit(place)))
+    (last..0).rev().for_each(|place| memory.push_byte(digit(place)))
 }
 
 /// Appends an exponent of at least two digits.
-pub fn write_exponent(memory: &mut Memory<'_>, power: i32) -> Result<()> {
-    memory.push_bytes(if power < 0 { b"e-" } else { b"e+" })?;
+pub fn write_exponent(memory: &mut Memory<'_>, power: i32) {
+    memory.push_bytes(if power < 0 { b"e-" } else { b"e+" });
     let mut digits = Integer::new(u64::from(power.unsigned_abs()), 10);
     if power.unsigned_abs() < 10 {
-        memory.push_byte(b'0')?;
+        memory.push_byte(b'0');
     }
     memory.push_bytes(digits.text().as_bytes())
 }

@@ -8,31 +8,31 @@ use crate::value::{SIZE, Seq, Value, View};
 
 impl Run<'_, '_> {
     /// Two strings as one. A string at the end of memory is not copied.
-    pub fn join_two(&mut self, a: Text, b: Text) -> Result<Value> {
+    pub fn join_two(&mut self, a: Text, b: Text) -> Value {
         let from = self.memory.top;
-        self.memory.push_text(a)?;
-        self.memory.push_text(b)?;
-        Ok(Value::str(self.memory.text_since(from)))
+        self.memory.push_text(a);
+        self.memory.push_text(b);
+        Value::str(self.memory.text_since(from))
     }
 
     /// A string with each of its characters changed, which is told its place.
-    pub fn change(&mut self, text: Text, change: impl Fn(usize, char, char) -> char) -> Result<Value> {
+    pub fn change(&mut self, text: Text, change: impl Fn(usize, char, char) -> char) -> Value {
         let from = self.memory.top;
         let mut at = 0;
         let mut before = ' ';
         while let Some(char) = self.memory.text(text.rest(at)).chars().next() {
-            self.memory.push_char(change(at, before, char))?;
+            self.memory.push_char(change(at, before, char));
             at += char.len_utf8();
             before = char;
         }
-        Ok(Value::str(self.memory.text_since(from)))
+        Value::str(self.memory.text_since(from))
     }
 
     /// A string in upper case.
-    pub fn upper(&mut self, text: Text) -> Result<Value> {
+    pub fn upper(&mut self, text: Text) -> Value {
         if chars::find(self.memory.text(text), "ß", 0).is_some() {
-            let (sharp, double) = (self.memory.copy_in("ß")?, self.memory.copy_in("SS")?);
-            if let Some(text) = self.replace(text, sharp, double, -1)?.text() {
+            let (sharp, double) = (self.memory.copy_in("ß"), self.memory.copy_in("SS"));
+            if let Some(text) = self.replace(text, sharp, double, -1).text() {
                 return self.change(text, |_, _, char| chars::upper(char));
             }
         }
@@ -40,12 +40,12 @@ impl Run<'_, '_> {
     }
 
     /// A string in lower case.
-    pub fn lower(&mut self, text: Text) -> Result<Value> {
+    pub fn lower(&mut self, text: Text) -> Value {
         self.change(text, |_, _, char| chars::lower(char))
     }
 
     /// A string with its first character in upper case and the others in lower case.
-    pub fn capitalize(&mut self, text: Text) -> Result<Value> {
+    pub fn capitalize(&mut self, text: Text) -> Value {
         self.change(text, |at, _, char| if at == 0 { chars::upper(char) } else { chars::lower(char) })
     }
 
@@ -66,7 +66,7 @@ impl Run<'_, '_> {
     }
 
     /// A string with parts replaced, at most so many.
-    pub fn replace(&mut self, text: Text, old: Text, new: Text, most: i64) -> Result<Value> {
+    pub fn replace(&mut self, text: Text, old: Text, new: Text, most: i64) -> Value {
         let from = self.memory.top;
         let length = text.len();
         let mut left = if most < 0 { i64::MAX } else { most };
@@ -75,8 +75,8 @@ impl Run<'_, '_> {
             && at <= length
             && let Some(found) = self.position(text, old, at)
         {
-            self.memory.push_text(text.part(at, found))?;
-            self.memory.push_text(new)?;
+            self.memory.push_text(text.part(at, found));
+            self.memory.push_text(new);
             at = found + old.len();
             left -= 1;
             if old.len() == 0 {
@@ -85,12 +85,12 @@ impl Run<'_, '_> {
                     at = length + 1;
                     break;
                 };
-                self.memory.push_char(char)?;
+                self.memory.push_char(char);
                 at = found + char.len_utf8();
             }
         }
-        self.memory.push_text(text.part(at.min(length), length))?;
-        Ok(Value::str(self.memory.text_since(from)))
+        self.memory.push_text(text.part(at.min(length), length));
+        Value::str(self.memory.text_since(from))
     }
 
     /// Parts of a string between separators, at most so many and the rest.
@@ -99,29 +99,29 @@ impl Run<'_, '_> {
         if separator.len() == 0 {
             return self.memory.fail(Words::EmptySeparator);
         }
-        let head = self.memory.new_block(0, SIZE)?;
+        let head = self.memory.new_block(0, SIZE);
         let mut left = if most < 0 { i64::MAX } else { most };
         let mut at = 0;
         while left > 0
             && let Some(found) = self.position(text, separator, at)
         {
-            self.append(head, Value::str(text.part(at, found)))?;
+            self.append(head, Value::str(text.part(at, found)));
             at = found + separator.len();
             left -= 1;
         }
-        self.append(head, Value::str(text.rest(at)))?;
+        self.append(head, Value::str(text.rest(at)));
         Ok(Value::seq(Seq::List, head))
     }
 
     fn split_blanks(&mut self, text: Text, most: i64) -> Result<Value> {
-        let head = self.memory.new_block(0, SIZE)?;
+        let head = self.memory.new_block(0, SIZE);
         let mut left = if most < 0 { i64::MAX } else { most };
         let mut rest = self.strip(text, None, (true, false));
         while rest.len() > 0 {
             let string = self.memory.text(rest);
             let end = if left > 0 { string.find(chars::is_blank).unwrap_or(string.len()) } else { string.len() };
             let part = if left > 0 { rest.part(0, end) } else { self.strip(rest, None, (false, true)) };
-            self.append(head, Value::str(part))?;
+            self.append(head, Value::str(part));
             rest = self.strip(rest.rest(end), None, (true, false));
             left -= 1;
         }
@@ -129,8 +129,8 @@ impl Run<'_, '_> {
     }
 
     /// Lines of a string.
-    pub fn split_lines(&mut self, text: Text) -> Result<Value> {
-        let head = self.memory.new_block(0, SIZE)?;
+    pub fn split_lines(&mut self, text: Text) -> Value {
+        let head = self.memory.new_block(0, SIZE);
         let mut rest = text;
         while rest.len() > 0 {
             let string = self.memory.text(rest);
@@ -145,19 +145,19 @@ impl Run<'_, '_> {
                     (end, end + width)
                 }
             };
-            self.append(head, Value::str(rest.part(0, end)))?;
+            self.append(head, Value::str(rest.part(0, end)));
             rest = rest.rest(next);
         }
-        Ok(Value::seq(Seq::List, head))
+        Value::seq(Seq::List, head)
     }
 
     /// A string with blanks or other characters on its sides until it is so wide.
-    pub fn pad(&mut self, text: Text, (left, right): (usize, usize), fill: char) -> Result<Value> {
+    pub fn pad(&mut self, text: Text, (left, right): (usize, usize), fill: char) -> Value {
         let from = self.memory.top;
-        (0..left).try_for_each(|_| self.memory.push_char(fill))?;
-        self.memory.push_text(text)?;
-        (0..right).try_for_each(|_| self.memory.push_char(fill))?;
-        Ok(Value::str(self.memory.text_since(from)))
+        self.memory.push_chars(fill, left);
+        self.memory.push_text(text);
+        self.memory.push_chars(fill, right);
+        Value::str(self.memory.text_since(from))
     }
 
     /// Texts of the elements of a value with another text between them.
@@ -166,14 +166,14 @@ impl Run<'_, '_> {
         let mut joined = Text::default();
         for index in 0..length {
             if index > 0 {
-                joined = self.memory.extend(joined, between)?;
+                joined = self.memory.extend(joined, between);
             }
             let element = self.element(values, index)?;
             if is_strict && !matches!(element.view(), View::Str(_)) {
                 return Err(super::wrong(&self.memory, Words::TextsToJoin, element));
             }
             let text = self.text_of(element)?;
-            joined = if index == 0 { self.memory.copy_text(text)? } else { self.memory.extend(joined, text)? };
+            joined = if index == 0 { self.memory.copy_text(text) } else { self.memory.extend(joined, text) };
         }
         self.use_up(values);
         Ok(Value::str(joined))
