@@ -1,6 +1,34 @@
 //! Characters as Python sorts them, and texts searched with little code: the library's search is made for
 //! long texts.
 
+/// Changes of the case of characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Case {
+    Lower,
+    Upper,
+    /// The first character in upper case, all others in lower case.
+    Capital,
+    /// As the filter `title` has it: words begin behind blanks and brackets.
+    Words,
+    /// As the method `title` has it: words begin behind whatever is no letter.
+    Title,
+    Swapped,
+}
+
+impl Case {
+    /// Whether a character gets the upper case, by the character before it, which is 0 for the first one.
+    pub fn is_upper(self, before: char, char: char) -> bool {
+        match self {
+            Self::Lower => false,
+            Self::Upper => true,
+            Self::Capital => before == '\0',
+            Self::Words => before == '\0' || is_blank(before) || matches!(before, '-' | '(' | '{' | '[' | '<'),
+            Self::Title => upper(before) == lower(before),
+            Self::Swapped => char == lower(char),
+        }
+    }
+}
+
 /// Whether Python's `str.strip` and `str.split` take the character for a blank.
 pub fn is_blank(char: char) -> bool {
     char.is_whitespace() || matches!(char, '\x1c'..='\x1f')
@@ -48,6 +76,68 @@ pub fn is_word(char: char) -> bool {
 #[inline(never)]
 pub fn count(text: &str) -> usize {
     text.bytes().filter(|byte| byte & 0xc0 != 0x80).count()
+}
+
+/// First character of a text.
+#[inline(never)]
+pub fn first(text: &str) -> Option<char> {
+    text.chars().next()
+}
+
+/// Place of a character by its number, in bytes; that of the end if there are fewer.
+#[inline(never)]
+pub fn place(text: &str, number: usize) -> usize {
+    let mut left = number;
+    let starts = |byte: u8| byte & 0xc0 != 0x80;
+    for (at, byte) in text.bytes().enumerate() {
+        if starts(byte) {
+            if left == 0 {
+                return at;
+            }
+            left -= 1;
+        }
+    }
+    text.len()
+}
+
+/// Sides of a text that something is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    Left,
+    Right,
+    Both,
+}
+
+/// Begin and end of a text without blanks, or without the characters of a set, at its sides.
+#[inline(never)]
+pub fn strip(text: &str, set: Option<&str>, sides: Sides) -> (usize, usize) {
+    let (mut from, mut to) = (text.len(), 0);
+    let mut at = 0;
+    while let Some(char) = first(text.get(at..).unwrap_or_default()) {
+        let goes = set.map_or_else(|| is_blank(char), |set| has(set, char));
+        let end = at + char.len_utf8();
+        if !goes {
+            from = from.min(at);
+            to = end;
+        }
+        at = end;
+    }
+    match sides {
+        Sides::Left => (from, text.len()),
+        Sides::Right => (0, to),
+        Sides::Both => (from, to.max(from)),
+    }
+}
+
+/// A text without blanks at its ends.
+pub fn trim(text: &str) -> &str {
+    let (from, to) = strip(text, None, Sides::Both);
+    text.get(from..to).unwrap_or_default()
+}
+
+/// Whether a text has a character.
+pub fn has(text: &str, char: char) -> bool {
+    find(text, char.encode_utf8(&mut [0; 4]), 0).is_some()
 }
 
 /// First place of a part in a text from a place on, in bytes.

@@ -6,6 +6,7 @@
 
 use core::cell::Cell;
 
+use crate::chars::Sides;
 use crate::fault::{About, Fault, Result, Words};
 use crate::value::{self, Value};
 
@@ -339,10 +340,8 @@ impl<'a> Memory<'a> {
 
     /// A text without the blanks at its ends.
     pub fn trim(&self, text: Text) -> Text {
-        let string = self.text(text);
-        let start = string.trim_start_matches(crate::chars::is_blank);
-        let from = string.len() - start.len();
-        text.part(from, from + start.trim_end_matches(crate::chars::is_blank).len())
+        let (from, to) = crate::chars::strip(self.text(text), None, Sides::Both);
+        text.part(from, to)
     }
 
     /// Moves bytes down to a place before them.

@@ -4,6 +4,7 @@ use core::cmp::Ordering;
 
 use super::sequences::{pairs, path_of};
 use crate::arguments::Bound;
+use crate::chars::Case;
 use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::Filter;
@@ -78,7 +79,7 @@ impl Rule {
 
     fn fold(self, run: &mut Run<'_, '_>, key: Value) -> Result<Value> {
         match key.text() {
-            Some(text) if !self.minds_case => Ok(run.lower(text)),
+            Some(text) if !self.minds_case => Ok(run.change(text, Case::Lower)),
             _ => Ok(key),
         }
     }

@@ -1,7 +1,7 @@
 //! Filters that change or measure strings.
 
 use crate::arguments::{Bound, needed, optional_text, whole};
-use crate::chars;
+use crate::chars::{self, Case, Sides};
 use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::Filter;
@@ -13,16 +13,13 @@ pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound)
     let [first, second, third, _] = *bound;
     let text = run.text_of(value)?;
     match filter {
-        Filter::Lower => Ok(run.lower(text)),
-        Filter::Upper => Ok(run.upper(text)),
-        Filter::Capitalize => Ok(run.capitalize(text)),
-        Filter::Title => Ok(run.change(text, |_, before, char| {
-            let is_start = chars::is_blank(before) || matches!(before, '-' | '(' | '{' | '[' | '<');
-            if is_start { chars::upper(char) } else { chars::lower(char) }
-        })),
+        Filter::Lower => Ok(run.change(text, Case::Lower)),
+        Filter::Upper => Ok(run.change(text, Case::Upper)),
+        Filter::Capitalize => Ok(run.change(text, Case::Capital)),
+        Filter::Title => Ok(run.change(text, Case::Words)),
         Filter::Trim => {
             let set = optional_text(run, first)?;
-            Ok(Value::str(run.strip(text, set, (true, true))))
+            Ok(Value::str(run.strip(text, set, Sides::Both)))
         }
         Filter::Replace => {
             let old = run.text_of(needed(run, first)?)?;
@@ -116,7 +113,7 @@ fn truncate(run: &mut Run<'_, '_>, value: Value, bound: &Bound) -> Result<Value>
     }
     let Some(text) = value.text() else { return Err(wrong(&run.memory, Words::WantsText, value)) };
     let string = run.memory.text(text);
-    let cut = string.char_indices().nth(rest as usize).map_or(string.len(), |(at, _)| at);
+    let cut = chars::place(string, rest as usize);
     let mut kept = text.part(0, cut);
     if !kill.is_some_and(|kill| run.truth(kill))
         && let Some(blank) = run.memory.bytes(kept).iter().rposition(|byte| *byte == b' ')

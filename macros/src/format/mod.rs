@@ -72,7 +72,7 @@ fn align(memory: &mut Memory<'_>, from: usize, prefix: usize, spec: &Spec, defau
 /// Appends a string by a form.
 pub fn write_text(memory: &mut Memory<'_>, text: Text, spec: &Spec) {
     let string = memory.text(text);
-    let end = spec.precision.and_then(|most| string.char_indices().nth(most)).map_or(string.len(), |(at, _)| at);
+    let end = crate::chars::place(string, spec.precision.unwrap_or(usize::MAX));
     let from = memory.top;
     memory.push_text(text.part(0, end));
     align(memory, from, 0, spec, b'<')

@@ -4,6 +4,7 @@ mod numbers;
 mod reader;
 mod strings;
 
+use crate::chars::{self, Sides};
 use crate::fault::{About, Fault, Result, Words};
 use crate::memory::{Memory, Text};
 use reader::Reader;
@@ -256,6 +257,6 @@ fn data_token(memory: &mut Memory<'_>, from: usize) -> Result<Token> {
 /// Drops the blanks at the end of what was appended since a place.
 fn trim_end(memory: &mut Memory<'_>, from: usize) {
     let text = memory.text_since(from);
-    let left = memory.text(text).trim_end_matches(crate::chars::is_blank).len();
+    let (_, left) = chars::strip(memory.text(text), None, Sides::Right);
     memory.top = from + left;
 }

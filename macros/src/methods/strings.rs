@@ -1,7 +1,7 @@
 //! Methods of strings, as Python has them.
 
 use crate::arguments::{Bound, needed, optional_text as optional, text as string, whole};
-use crate::chars;
+use crate::chars::{self, Case, Sides};
 use crate::fault::{Result, Words};
 use crate::filters::strings::center;
 use crate::memory::Text;
@@ -21,19 +21,19 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) 
         OfString::StartsWith | OfString::EndsWith => {
             has_end(run, text, needed(run, first)?, method == OfString::StartsWith).map(Value::bool)
         }
-        OfString::Lower => Ok(run.lower(text)),
-        OfString::Upper => Ok(run.upper(text)),
-        OfString::Capitalize => Ok(run.capitalize(text)),
-        OfString::Title | OfString::SwapCase => Ok(run.change(text, |_, before, char| {
-            let is_letter = chars::upper(before) != chars::lower(before);
-            let to_upper = if method == OfString::Title { !is_letter } else { char == chars::lower(char) };
-            if to_upper { chars::upper(char) } else { chars::lower(char) }
-        })),
-        OfString::Strip | OfString::LStrip | OfString::RStrip => Ok(Value::str(run.strip(
-            text,
-            optional(run, first)?,
-            (method != OfString::RStrip, method != OfString::LStrip),
-        ))),
+        OfString::Lower => Ok(run.change(text, Case::Lower)),
+        OfString::Upper => Ok(run.change(text, Case::Upper)),
+        OfString::Capitalize => Ok(run.change(text, Case::Capital)),
+        OfString::Title => Ok(run.change(text, Case::Title)),
+        OfString::SwapCase => Ok(run.change(text, Case::Swapped)),
+        OfString::Strip | OfString::LStrip | OfString::RStrip => {
+            let sides = match method {
+                OfString::LStrip => Sides::Left,
+                OfString::RStrip => Sides::Right,
+                _ => Sides::Both,
+            };
+            Ok(Value::str(run.strip(text, optional(run, first)?, sides)))
+        }
         OfString::Replace => Ok(run.replace(
             text,
             string(run, first)?,

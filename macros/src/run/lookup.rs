@@ -2,6 +2,7 @@
 
 use super::{Run, order, undefined, wrong};
 use crate::arguments::whole;
+use crate::chars;
 use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names;
@@ -93,9 +94,7 @@ impl Run<'_, '_> {
     /// The character with a number.
     pub fn character(&self, text: Text, index: usize) -> Text {
         let string = self.memory.text(text);
-        let mut indices = string.char_indices().skip(index).map(|(at, _)| at);
-        let from = indices.next().unwrap_or(string.len());
-        text.part(from, indices.next().unwrap_or(string.len()))
+        text.part(chars::place(string, index), chars::place(string, index + 1))
     }
 
     /// Attribute of a value by name: `value.name`.

@@ -200,13 +200,13 @@ fn plain(text: &str) -> Option<heapless::String<64>> {
 
 /// A text as a real number, as Python's `float` reads it.
 pub fn read_float(text: &str) -> Option<f64> {
-    let plain = plain(text.trim_matches(crate::chars::is_blank))?;
+    let plain = plain(crate::chars::trim(text))?;
     gcode::read_f64(&plain)
 }
 
 /// A text as a whole number in a base, as Python's `int` reads it; none if it is none or beyond 64 bits.
 pub fn read_int(text: &str, base: u32) -> Option<i64> {
-    let plain = plain(text.trim_matches(crate::chars::is_blank))?;
+    let plain = plain(crate::chars::trim(text))?;
     let (is_negative, digits) = match plain.as_bytes() {
         [b'-', rest @ ..] => (true, rest),
         [b'+', rest @ ..] => (false, rest),

@@ -122,7 +122,7 @@ impl Run<'_, '_> {
         let quote = if has(b'\'') && !has(b'"') { '"' } else { '\'' };
         self.memory.push_char(quote);
         let mut at = 0;
-        while let Some(char) = self.memory.text(text.rest(at)).chars().next() {
+        while let Some(char) = crate::chars::first(self.memory.text(text.rest(at))) {
             at += char.len_utf8();
             match char {
                 '\n' => self.memory.push_bytes(b"\\n"),

@@ -1,7 +1,7 @@
 //! Strings: joined, split, searched and changed.
 
 use super::Run;
-use crate::chars;
+use crate::chars::{self, Case, Sides};
 use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::value::{SIZE, Seq, Value, View};
@@ -15,49 +15,29 @@ impl Run<'_, '_> {
         Value::str(self.memory.text_since(from))
     }
 
-    /// A string with each of its characters changed, which is told its place.
-    pub fn change(&mut self, text: Text, change: impl Fn(usize, char, char) -> char) -> Value {
+    /// A string in another case.
+    pub fn change(&mut self, text: Text, case: Case) -> Value {
         let from = self.memory.top;
         let mut at = 0;
-        let mut before = ' ';
-        while let Some(char) = self.memory.text(text.rest(at)).chars().next() {
-            self.memory.push_char(change(at, before, char));
+        let mut before = '\0';
+        while let Some(char) = chars::first(self.memory.text(text.rest(at))) {
+            let is_upper = case.is_upper(before, char);
+            if is_upper && char == 'ß' {
+                self.memory.push_bytes(if matches!(case, Case::Upper | Case::Swapped) { b"SS" } else { b"Ss" });
+            } else {
+                self.memory.push_char(if is_upper { chars::upper(char) } else { chars::lower(char) });
+            }
             at += char.len_utf8();
             before = char;
         }
         Value::str(self.memory.text_since(from))
     }
 
-    /// A string in upper case.
-    pub fn upper(&mut self, text: Text) -> Value {
-        if chars::find(self.memory.text(text), "ß", 0).is_some() {
-            let (sharp, double) = (self.memory.copy_in("ß"), self.memory.copy_in("SS"));
-            if let Some(text) = self.replace(text, sharp, double, -1).text() {
-                return self.change(text, |_, _, char| chars::upper(char));
-            }
-        }
-        self.change(text, |_, _, char| chars::upper(char))
-    }
-
-    /// A string in lower case.
-    pub fn lower(&mut self, text: Text) -> Value {
-        self.change(text, |_, _, char| chars::lower(char))
-    }
-
-    /// A string with its first character in upper case and the others in lower case.
-    pub fn capitalize(&mut self, text: Text) -> Value {
-        self.change(text, |at, _, char| if at == 0 { chars::upper(char) } else { chars::lower(char) })
-    }
-
     /// A string without blanks, or without other characters, at its ends.
-    pub fn strip(&self, text: Text, set: Option<Text>, sides: (bool, bool)) -> Text {
-        let string = self.memory.text(text);
-        let goes = |char: char| {
-            set.map_or_else(|| chars::is_blank(char), |set| self.memory.text(set).chars().any(|known| known == char))
-        };
-        let from = if sides.0 { string.len() - string.trim_start_matches(goes).len() } else { 0 };
-        let to = if sides.1 { string.trim_end_matches(goes).len() } else { string.len() };
-        text.part(from, to.max(from))
+    pub fn strip(&self, text: Text, set: Option<Text>, sides: Sides) -> Text {
+        let set = set.map(|set| self.memory.text(set));
+        let (from, to) = chars::strip(self.memory.text(text), set, sides);
+        text.part(from, to)
     }
 
     /// Place of a string in another from a place on, in bytes.
@@ -80,7 +60,7 @@ impl Run<'_, '_> {
             at = found + old.len();
             left -= 1;
             if old.len() == 0 {
-                let next = self.memory.text(text.part(found, length)).chars().next();
+                let next = chars::first(self.memory.text(text.rest(found)));
                 let Some(char) = next else {
                     at = length + 1;
                     break;
@@ -95,7 +75,7 @@ impl Run<'_, '_> {
 
     /// Parts of a string between separators, at most so many and the rest.
     pub fn split(&mut self, text: Text, separator: Option<Text>, most: i64) -> Result<Value> {
-        let Some(separator) = separator else { return self.split_blanks(text, most) };
+        let Some(separator) = separator else { return Ok(self.split_blanks(text, most)) };
         if separator.len() == 0 {
             return self.memory.fail(Words::EmptySeparator);
         }
@@ -113,19 +93,23 @@ impl Run<'_, '_> {
         Ok(Value::seq(Seq::List, head))
     }
 
-    fn split_blanks(&mut self, text: Text, most: i64) -> Result<Value> {
+    fn split_blanks(&mut self, text: Text, most: i64) -> Value {
         let head = self.memory.new_block(0, SIZE);
         let mut left = if most < 0 { i64::MAX } else { most };
-        let mut rest = self.strip(text, None, (true, false));
+        let mut rest = self.strip(text, None, Sides::Left);
         while rest.len() > 0 {
-            let string = self.memory.text(rest);
-            let end = if left > 0 { string.find(chars::is_blank).unwrap_or(string.len()) } else { string.len() };
-            let part = if left > 0 { rest.part(0, end) } else { self.strip(rest, None, (false, true)) };
+            let mut end = 0;
+            while let Some(char) = chars::first(self.memory.text(rest.rest(end)))
+                && (left == 0 || !chars::is_blank(char))
+            {
+                end += char.len_utf8();
+            }
+            let part = if left == 0 { self.strip(rest, None, Sides::Right) } else { rest.part(0, end) };
             self.append(head, Value::str(part));
-            rest = self.strip(rest.rest(end), None, (true, false));
+            rest = self.strip(rest.rest(end), None, Sides::Left);
             left -= 1;
         }
-        Ok(Value::seq(Seq::List, head))
+        Value::seq(Seq::List, head)
     }
 
     /// Lines of a string.
@@ -133,18 +117,17 @@ impl Run<'_, '_> {
         let head = self.memory.new_block(0, SIZE);
         let mut rest = text;
         while rest.len() > 0 {
-            let string = self.memory.text(rest);
-            let end =
-                string.find(['\n', '\r', '\x0b', '\x0c', '\x1c', '\x1d', '\x1e', '\u{85}', '\u{2028}', '\u{2029}']);
-            let (end, next) = match end {
-                None => (string.len(), string.len()),
-                Some(end) => {
-                    let tail = string.get(end..).unwrap_or_default();
-                    let width =
-                        if tail.starts_with("\r\n") { 2 } else { tail.chars().next().map_or(1, char::len_utf8) };
-                    (end, end + width)
+            let mut end = 0;
+            let mut next = 0;
+            while let Some(char) = chars::first(self.memory.text(rest.rest(end))) {
+                next = end + char.len_utf8();
+                if matches!(char, '\n'..='\r' | '\x1c'..='\x1e' | '\u{85}' | '\u{2028}' | '\u{2029}') {
+                    let is_pair = self.memory.bytes(rest.rest(end)).starts_with(b"\r\n");
+                    next += usize::from(is_pair);
+                    break;
                 }
-            };
+                end = next;
+            }
             self.append(head, Value::str(rest.part(0, end)));
             rest = rest.rest(next);
         }
