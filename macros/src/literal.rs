@@ -33,7 +33,7 @@ impl Reader<'_> {
             let value = self.value(memory, depth)?;
             let at = memory.grow(head, SIZE);
             memory.set_value(at, value);
-            is_one = memory.block(head).len == 1 && self.token != Token::Sign(b',');
+            is_one = memory.count(head) == 1 && self.token != Token::Sign(b',');
             if self.token != Token::Sign(b',') {
                 break;
             }
@@ -43,9 +43,9 @@ impl Reader<'_> {
             return memory.fail(Words::LiteralEnd);
         }
         if kind == Seq::Tuple && is_one {
-            return Ok(memory.value(memory.block(head).data));
+            return Ok(memory.element(head, 0));
         }
-        if end == Token::End && memory.block(head).len == 0 {
+        if end == Token::End && memory.count(head) == 0 {
             return memory.fail(Words::LiteralWord);
         }
         Ok(Value::seq(kind, head))
@@ -134,9 +134,9 @@ fn put(memory: &mut Memory<'_>, head: u16, key: Value, value: Value) -> Result<(
     if matches!(key.view(), View::Seq(..) | View::Map(..)) {
         return memory.fail(Words::LiteralKey);
     }
-    let block = memory.block(head);
-    let known =
-        (0..block.len).map(|index| block.data + index * 2 * SIZE).find(|at| is_same(memory, memory.value(*at), key));
+    let known = (0..memory.count(head))
+        .map(|index| memory.place(head, index, 2 * SIZE))
+        .find(|at| is_same(memory, memory.value(*at), key));
     let at = match known {
         Some(at) => at,
         None => {

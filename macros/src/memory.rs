@@ -428,6 +428,30 @@ impl<'a> Memory<'a> {
         Block { data, len, room }
     }
 
+    /// Number of elements of a block.
+    #[inline(never)]
+    pub fn count(&self, head: u16) -> usize {
+        usize::from(self.word(usize::from(head) + 2))
+    }
+
+    /// Cuts a block to so many elements.
+    #[inline(never)]
+    pub fn set_count(&mut self, head: u16, count: usize) {
+        self.set_word(usize::from(head) + 2, count as u16);
+    }
+
+    /// Place of an element of a block whose elements have a size.
+    #[inline(never)]
+    pub fn place(&self, head: u16, index: usize, size: usize) -> usize {
+        usize::from(self.word(usize::from(head))) + index * size
+    }
+
+    /// Element of a block of values.
+    #[inline(never)]
+    pub fn element(&self, head: u16, index: usize) -> Value {
+        self.value(self.place(head, index, value::SIZE))
+    }
+
     /// Writes the head of a block.
     #[inline(never)]
     pub fn set_block(&mut self, head: u16, block: Block) {

@@ -107,10 +107,10 @@ fn extreme(run: &mut Run<'_, '_>, value: Value, rule: Rule, is_greatest: bool) -
 /// Sorts a list in its place: equal elements keep their order.
 fn sort(run: &mut Run<'_, '_>, list: Value, rule: Rule, is_reverse: bool) -> Result<Value> {
     let Some(head) = list.head() else { return Ok(list) };
-    let block = run.memory.block(head);
-    let at = |index: usize| block.data + index * SIZE;
+    let first = run.memory.place(head, 0, SIZE);
+    let at = |index: usize| first + index * SIZE;
     let wanted = if is_reverse { Ordering::Greater } else { Ordering::Less };
-    for end in 1..block.len {
+    for end in 1..run.memory.count(head) {
         let top = run.memory.top;
         let element = run.memory.value(at(end));
         let key = rule.key(run, element)?;

@@ -25,9 +25,9 @@ fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
     }
     match value.view() {
         View::Map(Map::Dict, head) => {
-            let map = run.map(Map::Dict, run.memory.block(head).len);
+            let map = run.map(Map::Dict, run.memory.count(head));
             let Some(sorted) = map.head() else { return Ok(map) };
-            for index in 0..run.memory.block(head).len {
+            for index in 0..run.memory.count(head) {
                 let (key, part) = run.entry(value, index)?;
                 let part = arrange(run, part, depth - 1)?;
                 run.put(sorted, key, part)?;
@@ -36,8 +36,8 @@ fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
             Ok(map)
         }
         View::Seq(kind @ (Seq::List | Seq::Tuple), head) => {
-            let sorted = run.memory.new_block(run.memory.block(head).len, SIZE);
-            for index in 0..run.memory.block(head).len {
+            let sorted = run.memory.new_block(run.memory.count(head), SIZE);
+            for index in 0..run.memory.count(head) {
                 let part = run.element(value, index)?;
                 let part = arrange(run, part, depth - 1)?;
                 run.append(sorted, part);
@@ -64,8 +64,8 @@ fn move_up(run: &mut Run<'_, '_>, map: Value, head: u16, last: usize) -> Result<
         }
         place -= 1;
     }
-    let block = run.memory.block(head);
-    let at = |index: usize| block.data + index * 2 * SIZE;
+    let first = run.memory.place(head, 0, 2 * SIZE);
+    let at = |index: usize| first + index * 2 * SIZE;
     run.memory.rotate(at(place), at(last + 1), (last - place) * 2 * SIZE);
     Ok(())
 }
@@ -76,7 +76,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
     run.write_repr(value, depth)?;
     let width = crate::chars::count(run.memory.text(run.memory.text_since(from)));
     let length = match value.head() {
-        Some(head) if value.is(types::DICT | types::LIST | types::TUPLE) => run.memory.block(head).len,
+        Some(head) if value.is(types::DICT | types::LIST | types::TUPLE) => run.memory.count(head),
         _ => 0,
     };
     if width + column + after <= WIDTH || length == 0 {

@@ -162,12 +162,12 @@ fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -
             let element = run.element(value, index)?;
             run.append(head, element);
             index += 1;
-            if index >= length || run.memory.block(head).len as i64 == count {
+            if index >= length || run.memory.count(head) as i64 == count {
                 break;
             }
         }
         while let Some(fill) = fill
-            && (run.memory.block(head).len as i64) < count
+            && (run.memory.count(head) as i64) < count
             && !run.memory.is_full
         {
             run.append(head, fill);

@@ -3,7 +3,7 @@
 use super::{Spec, number, write_text};
 use crate::arguments::whole;
 use crate::fault::{About, Fault, Result, Words};
-use crate::memory::{Block, Text};
+use crate::memory::Text;
 use crate::run::order::{Number, number as number_of};
 use crate::run::{Run, numbers, wrong};
 use crate::value::{Map, Value, View, types};
@@ -31,32 +31,28 @@ pub fn percent(run: &mut Run<'_, '_>, text: Text, all: Value) -> Result<Value> {
         }
     }
     let may_be_left = types::DICT | types::NAMESPACE | types::LIST | types::RANGE | types::UNDEFINED;
-    if !all.is(may_be_left) && values.next < values.values(run).0.len {
+    if !all.is(may_be_left) && values.next < values.count(run) {
         return run.memory.fail(Words::TooManyValues);
     }
     Ok(Value::str(run.memory.text_since(start)))
 }
 
 impl Values {
-    /// Elements of a tuple, or the value as one; and whether it is a tuple.
-    fn values(&self, run: &Run<'_, '_>) -> (Block, bool) {
-        match self.all.head() {
-            Some(head) if self.all.is(types::TUPLE) => (run.memory.block(head), true),
-            _ => (Block { data: 0, len: 1, room: 0 }, false),
-        }
+    /// Number of the values: a tuple has several.
+    fn count(&self, run: &mut Run<'_, '_>) -> usize {
+        if self.all.is(types::TUPLE) { run.length(self.all).unwrap_or(0) } else { 1 }
     }
 
-    fn take(&mut self, run: &Run<'_, '_>) -> Result<Value> {
+    fn take(&mut self, run: &mut Run<'_, '_>) -> Result<Value> {
         self.next += 1;
-        let (block, is_tuple) = self.values(run);
-        if self.next > block.len {
+        if self.next > self.count(run) {
             return run.memory.fail(Words::ValueNotGiven);
         }
-        Ok(if is_tuple { run.memory.value(block.data + (self.next - 1) * crate::value::SIZE) } else { self.all })
+        if self.all.is(types::TUPLE) { run.element(self.all, self.next - 1) } else { Ok(self.all) }
     }
 
     /// A number of a form that is given as a value: `%*d`.
-    fn take_number(&mut self, run: &Run<'_, '_>) -> Result<usize> {
+    fn take_number(&mut self, run: &mut Run<'_, '_>) -> Result<usize> {
         let value = self.take(run)?;
         Ok(usize::try_from(whole(run, value)?).unwrap_or(0).min(super::MOST))
     }

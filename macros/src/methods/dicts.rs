@@ -2,7 +2,6 @@
 
 use crate::arguments::{Arguments, Bound, needed};
 use crate::fault::{Result, Words};
-use crate::memory::Block;
 use crate::names::OfDict;
 use crate::run::containers::fixed;
 use crate::run::{Run, order, wrong};
@@ -59,7 +58,7 @@ fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
 fn change(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
     let Some(head) = dict.head() else { return Err(fixed(run)) };
-    let block = run.memory.block(head);
+    let count = run.memory.count(head);
     match method {
         OfDict::Set => {
             run.put_kept(head, needed(run, first)?, needed(run, second)?)?;
@@ -74,13 +73,13 @@ fn change(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> 
             Ok(default)
         }
         OfDict::Clear => {
-            run.memory.set_block(head, Block { len: 0, ..block });
+            run.memory.set_count(head, 0);
             Ok(Value::NONE)
         }
         OfDict::PopItem => {
-            let Some(last) = block.len.checked_sub(1) else { return run.memory.fail(Words::NoKey) };
+            let Some(last) = count.checked_sub(1) else { return run.memory.fail(Words::NoKey) };
             let (key, value) = run.entry(dict, last)?;
-            run.memory.set_block(head, Block { len: last, ..block });
+            run.memory.set_count(head, last);
             Ok(run.seq(Seq::Tuple, &[key, value]))
         }
         _ => {
@@ -88,8 +87,9 @@ fn change(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> 
                 return second.map_or_else(|| run.memory.fail(Words::NoKey), Ok);
             };
             let value = run.memory.value(at + SIZE);
-            run.memory.rotate(at, block.data + block.len * 2 * SIZE, 2 * SIZE);
-            run.memory.set_block(head, Block { len: block.len - 1, ..block });
+            let end = run.memory.place(head, count, 2 * SIZE);
+            run.memory.rotate(at, end, 2 * SIZE);
+            run.memory.set_count(head, count - 1);
             Ok(value)
         }
     }

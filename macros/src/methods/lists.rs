@@ -2,7 +2,6 @@
 
 use crate::arguments::{Bound, needed, whole};
 use crate::fault::{Result, Words};
-use crate::memory::Block;
 use crate::names::OfList;
 use crate::run::containers::fixed;
 use crate::run::{Run, order};
@@ -23,7 +22,7 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -
         _ => {}
     }
     let View::Seq(Seq::List, head) = list.view() else { return Err(fixed(run)) };
-    let block = run.memory.block(head);
+    let count = run.memory.count(head);
     match method {
         OfList::Append => append(run, head, needed(run, first)?)?,
         OfList::Extend => {
@@ -35,10 +34,10 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -
             run.use_up(more);
         }
         OfList::Insert => {
-            let (at, value) = (place(run, whole(run, needed(run, first)?)?, block.len, true)?, needed(run, second)?);
+            let (at, value) = (place(run, whole(run, needed(run, first)?)?, count, true)?, needed(run, second)?);
             append(run, head, value)?;
-            let data = run.memory.block(head).data;
-            run.memory.rotate(data + at * SIZE, data + (block.len + 1) * SIZE, (block.len - at) * SIZE);
+            let data = run.memory.place(head, 0, SIZE);
+            run.memory.rotate(data + at * SIZE, data + (count + 1) * SIZE, (count - at) * SIZE);
         }
         OfList::Pop => return remove_at(run, head, whole(run, first.unwrap_or(Value::small(-1)))?),
         OfList::Remove => {
@@ -46,17 +45,18 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -
             remove_at(run, head, at)?;
         }
         OfList::Reverse => {
-            for index in 0..block.len / 2 {
-                let places = [index, block.len - 1 - index].map(|index| block.data + index * SIZE);
+            for index in 0..count / 2 {
+                let places = [index, count - 1 - index].map(|index| run.memory.place(head, index, SIZE));
                 let [a, b] = places.map(|at| run.memory.value(at));
                 run.memory.set_value(places[0], b);
                 run.memory.set_value(places[1], a);
             }
         }
-        OfList::Clear => run.memory.set_block(head, Block { len: 0, ..block }),
+        OfList::Clear => run.memory.set_count(head, 0),
         OfList::Set => {
-            let (at, value) = (place(run, whole(run, needed(run, first)?)?, block.len, false)?, needed(run, second)?);
-            run.memory.set_value(block.data + at * SIZE, value);
+            let (at, value) = (place(run, whole(run, needed(run, first)?)?, count, false)?, needed(run, second)?);
+            let place = run.memory.place(head, at, SIZE);
+            run.memory.set_value(place, value);
             run.keep();
         }
         _ => return run.memory.fail(Words::ListSort),
@@ -91,11 +91,12 @@ fn place(run: &Run<'_, '_>, index: i64, length: usize, may_be_outside: bool) -> 
 }
 
 fn remove_at(run: &mut Run<'_, '_>, head: u16, index: i64) -> Result<Value> {
-    let block = run.memory.block(head);
-    let at = place(run, index, block.len, false)?;
-    let value = run.memory.value(block.data + at * SIZE);
-    run.memory.rotate(block.data + at * SIZE, block.data + block.len * SIZE, SIZE);
-    run.memory.set_block(head, Block { len: block.len - 1, ..block });
+    let count = run.memory.count(head);
+    let at = place(run, index, count, false)?;
+    let value = run.memory.element(head, at);
+    let (from, to) = (run.memory.place(head, at, SIZE), run.memory.place(head, count, SIZE));
+    run.memory.rotate(from, to, SIZE);
+    run.memory.set_count(head, count - 1);
     Ok(value)
 }
 

@@ -13,9 +13,8 @@ pub const LOOP_PLACES: usize = 4;
 impl Run<'_, '_> {
     /// Place of the entry with a key.
     pub fn find(&mut self, head: u16, key: Value) -> Result<Option<usize>> {
-        let block = self.memory.block(head);
-        for index in 0..block.len {
-            let at = block.data + index * 2 * SIZE;
+        for index in 0..self.memory.count(head) {
+            let at = self.memory.place(head, index, 2 * SIZE);
             let known = self.memory.value(at);
             if order::equal(self, known, key, DEEPEST)? {
                 return Ok(Some(at));
@@ -81,7 +80,7 @@ impl Run<'_, '_> {
     pub fn entry(&mut self, map: Value, index: usize) -> Result<(Value, Value)> {
         match map.view() {
             View::Map(_, head) => {
-                let at = self.memory.block(head).data + index * 2 * SIZE;
+                let at = self.memory.place(head, index, 2 * SIZE);
                 Ok((self.memory.value(at), self.memory.value(at + SIZE)))
             }
             View::Object(object) => {
@@ -109,8 +108,7 @@ impl Run<'_, '_> {
     /// Empties what can be gone through only once.
     pub fn use_up(&mut self, value: Value) {
         if let View::Seq(Seq::Once, head) = value.view() {
-            let block = self.memory.block(head);
-            self.memory.set_block(head, crate::memory::Block { len: 0, ..block });
+            self.memory.set_count(head, 0);
         }
     }
 
@@ -152,8 +150,8 @@ impl Run<'_, '_> {
             View::Map(_, head) => (head, 2 * SIZE, SIZE),
             _ => return Ok(value),
         };
-        for index in 0..self.memory.block(head).len {
-            let at = self.memory.block(head).data + index * size + offset;
+        for index in 0..self.memory.count(head) {
+            let at = self.memory.place(head, index, size) + offset;
             let part = self.memory.value(at);
             if part.is(types::OBJECT | types::IN_MEMORY) {
                 let settled = self.settle(part, depth - 1)?;

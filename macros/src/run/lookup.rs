@@ -28,7 +28,7 @@ impl Run<'_, '_> {
         match value.view() {
             View::Undefined(_) => Some(0),
             View::Str(text) => Some(crate::chars::count(self.memory.text(text))),
-            View::Seq(_, head) | View::Map(Map::Dict, head) => Some(self.memory.block(head).len),
+            View::Seq(_, head) | View::Map(Map::Dict, head) => Some(self.memory.count(head)),
             View::Range(at) => Some(self.range_length(at)),
             View::Object(object) => Some(self.machine.length(object)),
             View::Loop(place) => self.loop_length(place),
@@ -79,8 +79,8 @@ impl Run<'_, '_> {
     pub fn element(&mut self, value: Value, index: usize) -> Result<Value> {
         match value.view() {
             View::Str(text) => Ok(Value::str(self.character(text, index))),
-            View::Seq(_, head) => Ok(self.memory.value(self.memory.block(head).data + index * SIZE)),
-            View::Map(_, head) => Ok(self.memory.value(self.memory.block(head).data + index * 2 * SIZE)),
+            View::Seq(_, head) => Ok(self.memory.element(head, index)),
+            View::Map(_, head) => Ok(self.memory.value(self.memory.place(head, index, 2 * SIZE))),
             View::Range(at) => {
                 let [start, _, step] = self.range(at);
                 let element = step.checked_mul(index as i64).and_then(|offset| start.checked_add(offset));

@@ -203,12 +203,11 @@ pub fn is_hashable(run: &Run<'_, '_>, value: Value) -> bool {
         View::Map(Map::Dict, _) | View::Seq(Seq::List | Seq::Keys | Seq::Items, _) => false,
         View::Object(object) => matches!(object.kind, Kind::Lookup | Kind::Tuple),
         View::Seq(Seq::Tuple, head) => {
-            let block = run.memory.block(head);
             let is_plain = |index| {
-                let part = run.memory.value(block.data + index * crate::value::SIZE);
+                let part = run.memory.element(head, index);
                 !part.is(types::DICT | types::NAMESPACE | types::LIST)
             };
-            (0..block.len).all(is_plain)
+            (0..run.memory.count(head)).all(is_plain)
         }
         _ => true,
     }

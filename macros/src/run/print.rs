@@ -72,7 +72,7 @@ impl Run<'_, '_> {
             Seq::Items => ("dict_items([", "])"),
         };
         self.memory.push_bytes(begin.as_bytes());
-        let length = self.memory.block(head).len;
+        let length = self.memory.count(head);
         for index in 0..length {
             if index > 0 {
                 self.memory.push_bytes(b", ");
@@ -91,7 +91,7 @@ impl Run<'_, '_> {
             self.memory.push_bytes(b"<Namespace ");
         }
         self.memory.push_byte(b'{');
-        for index in 0..self.memory.block(head).len {
+        for index in 0..self.memory.count(head) {
             if index > 0 {
                 self.memory.push_bytes(b", ");
             }
