@@ -244,6 +244,41 @@ fn a_text_between_tags_is_a_value() {
 }
 
 #[test]
+fn a_text_between_tags_goes_through_filters() {
+    becomes("{% set t | upper | replace('B', 'x'~1) %}ab{1 + 1}{% endset %}[{t}]", "[Ax12]");
+    becomes("{% for i in 'ab' %}{% set t|upper %}{% if 1 %}{i}{% endif %}{% endset %}{t}{% endfor %}", "AB");
+    fails("{% set t | nonsense %}a{% endset %}");
+}
+
+#[test]
+fn names_within_parentheses_take_the_parts_of_parts() {
+    becomes("{% for a, (b, c) in [(1, (2, 3)), (4, (5, 6))] %}{a}{b}{c} {% endfor %}", "123 456 ");
+    becomes("{% set (a, b), c = (1, 2), 3 %}{a}{b}{c}", "123");
+    becomes("{% set ((a, b), c), d = ((1, 2), 3), 4 %}{a}{b}{c}{d}", "1234");
+    becomes("{% set a, = [7] %}{a}{% set (b) = 8 %}{b}", "78");
+    becomes("{% set n = namespace() %}{% set n.x, (b, n.y) = 1, (2, 3) %}{n.x}{b}{n.y}", "123");
+    fails("{% for a, (b, c) in [(1, 2)] %}{% endfor %}");
+}
+
+#[test]
+fn whole_numbers_of_all_64_bits_are_kept() {
+    becomes("{9223372036854775807} { -9223372036854775807} {[140737488355328, -140737488355329]}",
+        "9223372036854775807 -9223372036854775807 [140737488355328, -140737488355329]");
+    becomes("{% set a = 2 ** 62 %}{% for i in [1, 2] %}{a + i} {% endfor %}{a == 2 ** 62}",
+        "4611686018427387905 4611686018427387906 True");
+}
+
+#[test]
+fn endless_repetition_ends_with_the_memory() {
+    fails("{'ab' * 1000000000000}");
+    fails("{[1] * 1000000000000}");
+    fails("{'a'|center(1000000000000)}");
+    fails("{'a'.zfill(4000000000)}");
+    fails("{[1]|batch(1000000000000, 0)|list}");
+    fails("{[1]|slice(1000000000000)|list}");
+}
+
+#[test]
 fn loops_tell_where_they_are() {
     becomes(
         "{% for x in 'ab' %}{loop.index}{loop.revindex}{loop.first}{loop.last} {% endfor %}",
