@@ -78,6 +78,22 @@ pub fn count(text: &str) -> usize {
     text.bytes().filter(|byte| byte & 0xc0 != 0x80).count()
 }
 
+/// Part of a text by its number: parts have a sign behind them.
+#[inline(never)]
+pub fn nth(text: &'static str, sign: u8, mut number: usize) -> &'static str {
+    let mut from = 0;
+    for (at, byte) in text.bytes().enumerate() {
+        if byte == sign {
+            if number == 0 {
+                return text.get(from..at).unwrap_or_default();
+            }
+            number -= 1;
+            from = at + 1;
+        }
+    }
+    ""
+}
+
 /// First character of a text.
 #[inline(never)]
 pub fn first(text: &str) -> Option<char> {

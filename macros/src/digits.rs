@@ -3,6 +3,8 @@
 //! A real number is a whole number times a power of two, so it has an end in decimal too: all its digits are
 //! made, nine to a word, and rounded where they are cut. Nothing is rounded twice.
 
+use crate::chars;
+
 /// A word holds so many digits.
 const DIGITS: i32 = 9;
 const BASE: u32 = 1_000_000_000;
@@ -248,6 +250,26 @@ impl Shortest {
         let exponent = self.power - self.count as i32 + 1;
         read(self.digits(), exponent)
     }
+}
+
+/// Product, unless it is beyond 64 bits.
+#[inline(never)]
+pub fn product(a: i64, b: i64) -> Option<i64> {
+    a.checked_mul(b)
+}
+
+/// The negative of the number that digits are, of which there is one more; none for other characters.
+#[inline(never)]
+pub fn negative(digits: &[u8], base: u32) -> Option<i64> {
+    if digits.is_empty() || !(2..=36).contains(&base) {
+        return None;
+    }
+    let mut value = 0;
+    for byte in digits {
+        let digit = chars::digit(*byte, base)?;
+        value = product(value, i64::from(base))?.checked_sub(i64::from(digit))?;
+    }
+    Some(value)
 }
 
 /// The number nearest to digits times a power of ten.

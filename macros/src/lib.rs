@@ -24,6 +24,7 @@ mod literal;
 mod memory;
 mod methods;
 mod names;
+mod number;
 mod parser;
 mod render;
 mod run;

@@ -3,7 +3,7 @@
 use crate::fault::{Fault, Result, Words};
 use crate::lexer::{Lexer, Token};
 use crate::memory::{Memory, Text};
-use crate::run::{numbers, order};
+use crate::number::{float, number};
 use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View};
 
 /// Reads a literal into memory; fails if the text is none.
@@ -153,6 +153,6 @@ fn is_same(memory: &Memory<'_>, a: Value, b: Value) -> bool {
     if let (Some(a), Some(b)) = (a.text(), b.text()) {
         return memory.bytes(a) == memory.bytes(b);
     }
-    let number = |value| order::number(memory, value).map(numbers::float);
-    a.is_none() && b.is_none() || number(a).is_some() && number(a) == number(b)
+    let real = |value| number(memory, value).map(float);
+    a.is_none() && b.is_none() || real(a).is_some() && real(a) == real(b)
 }

@@ -1,5 +1,6 @@
 //! Names of filters, tests, functions and methods, and the names of their arguments.
 
+use crate::chars::nth;
 use crate::value::{Value, types};
 
 /// Names of a kind, in order. Of each: its words with `|` between them, a blank, the names of its arguments with
@@ -140,22 +141,6 @@ pub fn parameters(table: Table, number: u8) -> &'static [u8] {
     let entry = nth(table, b';', usize::from(number)).as_bytes();
     let end = entry.iter().position(|byte| *byte == b' ').unwrap_or(0);
     entry.get(end + 1..).unwrap_or_default()
-}
-
-/// Part of a text by its number: parts have a sign behind them.
-#[inline(never)]
-pub fn nth(text: &'static str, sign: u8, mut number: usize) -> &'static str {
-    let mut from = 0;
-    for (at, byte) in text.bytes().enumerate() {
-        if byte == sign {
-            if number == 0 {
-                return text.get(from..at).unwrap_or_default();
-            }
-            number -= 1;
-            from = at + 1;
-        }
-    }
-    ""
 }
 
 /// Names of the methods of a value.

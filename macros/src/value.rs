@@ -313,6 +313,6 @@ impl Value {
     pub fn kind(self) -> &'static str {
         const NAMES: &str = "undefined;none;bool;str;range;function;function;loop;int;list;tuple;view;view;view;iterator;\
                              dict;namespace;object;dict;list;tuple;int;float;";
-        crate::names::nth(NAMES, b';', self.tag() as usize - 1)
+        crate::chars::nth(NAMES, b';', self.tag() as usize - 1)
     }
 }

@@ -1,6 +1,6 @@
 //! Words of errors: what is wrong, and how to mend it.
 
-use crate::names::nth;
+use crate::chars::nth;
 
 macro_rules! words {
     ($($(#[$doc:meta])* $name:ident $text:literal,)*) => {

@@ -14,7 +14,7 @@ use crate::digits;
 use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::{Filter, parameters};
-use crate::run::order::{Number, number as number_of};
+use crate::number::{Number, number as number_of};
 use crate::run::{Run, numbers, undefined, wrong};
 use crate::value::{Value, View, types};
 
@@ -145,10 +145,10 @@ fn round_integer(run: &mut Run<'_, '_>, int: i64, precision: i32) -> Result<Valu
     if precision >= 0 {
         return Ok(run.memory.int(int));
     }
-    let Some(unit) = 10_i64.checked_pow(precision.unsigned_abs()) else { return Ok(Value::small(0)) };
+    let Some(unit) = numbers::whole_power(10, i64::from(precision.unsigned_abs())) else { return Ok(Value::small(0)) };
     let Some((down, rest)) = numbers::divided(int, unit) else { return Ok(Value::small(0)) };
     let is_up = rest > unit / 2 || rest == unit / 2 && down % 2 != 0;
-    match (down + i64::from(is_up)).checked_mul(unit) {
+    match digits::product(down + i64::from(is_up), unit) {
         Some(int) => Ok(run.memory.int(int)),
         None => run.memory.fail(Words::Overflow),
     }

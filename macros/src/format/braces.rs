@@ -4,7 +4,7 @@ use super::{Spec, number, write_text};
 use crate::arguments::Arguments;
 use crate::fault::{Fault, Result, Words};
 use crate::memory::{Memory, Text};
-use crate::run::order::{Number, number as number_of};
+use crate::number::{Number, number as number_of};
 use crate::run::{Run, wrong};
 use crate::value::{Value, types};
 

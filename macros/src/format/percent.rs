@@ -4,7 +4,7 @@ use super::{Spec, number, write_text};
 use crate::arguments::whole;
 use crate::fault::{About, Fault, Result, Words};
 use crate::memory::Text;
-use crate::run::order::{Number, number as number_of};
+use crate::number::{Number, number as number_of};
 use crate::run::{Run, numbers, wrong};
 use crate::value::{Map, Value, View, types};
 
@@ -160,7 +160,7 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
             super::number::write_int(&mut run.memory, whole, &spec)
         }
         b'e' | b'E' | b'f' | b'F' | b'g' | b'G' => match number_of(&run.memory, value) {
-            Some(number) => super::number::write_real(&mut run.memory, numbers::float(number), &spec),
+            Some(number) => super::number::write_real(&mut run.memory, crate::number::float(number), &spec),
             None => Err(wrong(&run.memory, Words::WantsNumber, value)),
         },
         b'c' => {

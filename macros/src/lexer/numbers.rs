@@ -1,6 +1,7 @@
 //! Numbers: whole, in other bases, with point or exponent.
 
 use crate::chars;
+use crate::digits::negative;
 use crate::fault::{Result, Words};
 use crate::lexer::Token;
 use crate::lexer::reader::Reader;
@@ -17,21 +18,30 @@ pub fn read(reader: &mut Reader<'_>, memory: &mut Memory<'_>, is_literal: bool) 
     };
     if base != 10 && is_digit_behind(reader, 2, base) {
         reader.skip(2);
-        return whole(reader, memory, base);
+        let from = memory.top;
+        while is_digit_behind(reader, 0, base) {
+            match reader.take() {
+                b'_' => {}
+                digit => memory.push_byte(digit),
+            }
+        }
+        let token = whole(memory, memory.bytes(memory.text_since(from)), base);
+        memory.top = from;
+        return token;
     }
     let from = memory.top;
-    digits(reader, memory)?;
+    digits(reader, memory);
     let mut is_real = false;
     if may_be_real && reader.peek(0) == b'.' && (is_literal || reader.peek(1).is_ascii_digit()) {
         is_real = true;
         memory.push_byte(reader.take());
-        digits(reader, memory)?;
+        digits(reader, memory);
     }
     let sign = usize::from(matches!(reader.peek(1), b'+' | b'-'));
     if may_be_real && reader.peek(0) | 0x20 == b'e' && reader.peek(1 + sign).is_ascii_digit() {
         is_real = true;
         (0..=sign).for_each(|_| memory.push_byte(reader.take()));
-        digits(reader, memory)?;
+        digits(reader, memory);
     }
     let text = memory.text_since(from);
     let token = if is_real { real(memory, memory.text(text)) } else { decimal(memory, memory.bytes(text)) };
@@ -45,12 +55,12 @@ fn is_digit_behind(reader: &Reader<'_>, index: usize, base: u32) -> bool {
 }
 
 /// Takes digits, and leaves out a `_` between two of them.
-fn digits(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
+fn digits(reader: &mut Reader<'_>, memory: &mut Memory<'_>) {
     loop {
         match reader.peek(0) {
             b'0'..=b'9' => memory.push_byte(reader.take()),
             b'_' if reader.last.is_ascii_digit() && reader.peek(1).is_ascii_digit() => reader.skip(1),
-            _ => return Ok(()),
+            _ => return,
         }
     }
 }
@@ -69,21 +79,12 @@ fn decimal(memory: &Memory<'_>, digits: &[u8]) -> Result<Token> {
     if digits.is_empty() {
         return memory.fail(Words::NumberMissing);
     }
-    let add = |sum: i64, digit: &u8| sum.checked_mul(10)?.checked_add(i64::from(digit.wrapping_sub(b'0')));
-    digits.iter().try_fold(0, add).map_or_else(|| memory.fail(TOO_LARGE), |value| Ok(Token::Int(value)))
+    whole(memory, digits, 10)
 }
 
-/// Words about whole numbers beyond 64 bits.
-pub const TOO_LARGE: Words = Words::TooLarge;
-
-fn whole(reader: &mut Reader<'_>, memory: &Memory<'_>, base: u32) -> Result<Token> {
-    let mut value: i64 = 0;
-    while is_digit_behind(reader, 0, base) {
-        let digit = chars::digit(reader.take(), base);
-        let Some(digit) = digit else { continue };
-        let next = value.checked_mul(i64::from(base)).and_then(|value| value.checked_add(i64::from(digit)));
-        let Some(next) = next else { return memory.fail(TOO_LARGE) };
-        value = next;
+fn whole(memory: &Memory<'_>, digits: &[u8], base: u32) -> Result<Token> {
+    match negative(digits, base).and_then(i64::checked_neg) {
+        Some(value) => Ok(Token::Int(value)),
+        None => memory.fail(Words::TooLarge),
     }
-    Ok(Token::Int(value))
 }

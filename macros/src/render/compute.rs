@@ -5,7 +5,8 @@ use core::cmp::Ordering;
 use super::Machine;
 use crate::code::Op;
 use crate::fault::{Result, Words};
-use crate::run::order::{Number, contains, equal, number, order};
+use crate::number::{Number, number};
+use crate::run::order::{contains, equal, order};
 use crate::run::{Run, numbers, wrong};
 use crate::value::{DEEPEST, Value};
 

@@ -1,8 +1,8 @@
 //! Lengths, elements, attributes and subscripts.
 
 use super::{Run, order, undefined, wrong};
-use crate::arguments::whole;
 use crate::chars;
+use crate::digits::product;
 use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names;
@@ -83,7 +83,7 @@ impl Run<'_, '_> {
             View::Map(_, head) => Ok(self.memory.value(self.memory.place(head, index, 2 * SIZE))),
             View::Range(at) => {
                 let [start, _, step] = self.range(at);
-                let element = step.checked_mul(index as i64).and_then(|offset| start.checked_add(offset));
+                let element = product(step, index as i64).and_then(|offset| start.checked_add(offset));
                 Ok(self.memory.int(element.unwrap_or(i64::MAX)))
             }
             View::Object(object) => self.part(object, index),
@@ -169,14 +169,17 @@ impl Run<'_, '_> {
         let to = self.bound(to)?.map_or(if step < 0 { least } else { most }, clamp);
         if let View::Range(at) = value.view() {
             let [start, _, pace] = self.range(at);
-            let place = |index: i64| start.saturating_add(pace.saturating_mul(index));
-            return Ok(self.new_range([place(from), place(to), pace.saturating_mul(step)]));
+            let place = |index: i64| start.saturating_add(product(pace, index).unwrap_or(i64::MAX));
+            return Ok(self.new_range([place(from), place(to), product(pace, step).unwrap_or(i64::MAX)]));
         }
         self.copy_slice(value, from, to, step)
     }
 
     fn bound(&self, bound: Value) -> Result<Option<i64>> {
-        if bound.is_none() { Ok(None) } else { whole(self, bound).map(Some) }
+        match self.memory.whole(bound) {
+            None if !bound.is_none() => Err(wrong(&self.memory, Words::WantsWhole, bound)),
+            whole => Ok(whole),
+        }
     }
 
     fn copy_slice(&mut self, value: Value, from: i64, to: i64, step: i64) -> Result<Value> {

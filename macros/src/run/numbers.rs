@@ -1,10 +1,11 @@
 //! Arithmetic, and numbers from texts, by Python's rules.
 
-use super::order::{Number, number};
 use super::{Run, wrong};
 use crate::code::Op;
+use crate::digits::{negative, product};
 use crate::fault::{Fault, Result, Words};
 use crate::memory::Memory;
+use crate::number::{Number, float, number};
 use crate::value::{Seq, Value, types};
 
 const OVERFLOW: Words = Words::Overflow;
@@ -37,32 +38,32 @@ fn no_number(memory: &Memory<'_>, a: Value, b: Value) -> Fault {
     wrong(memory, NO_ARITHMETIC, if number(memory, a).is_some() { b } else { a })
 }
 
-/// A number as a real one.
-pub fn float(number: Number) -> f64 {
-    match number {
-        Number::Int(int) => int as f64,
-        Number::Float(float) => float,
-    }
-}
-
 fn integers(memory: &mut Memory<'_>, op: Op, a: i64, b: i64) -> Result<Value> {
     let result = match op {
         Op::Add => a.checked_add(b),
         Op::Subtract => a.checked_sub(b),
-        Op::Multiply => a.checked_mul(b),
+        Op::Multiply => product(a, b),
         Op::FloorDivide => divided(a, b).map(|(quotient, _)| quotient),
         Op::Modulo => divided(a, b).map(|(_, rest)| rest),
-        Op::Power if b >= 0 => match u32::try_from(b) {
-            Ok(power) => a.checked_pow(power),
-            Err(_) if matches!(a, 0 | 1) => Some(a),
-            Err(_) => None,
-        },
+        Op::Power if b >= 0 => whole_power(a, b),
         _ => return floats(memory, op, a as f64, b as f64),
     };
     match result {
         Some(int) => Ok(memory.int(int)),
         None => memory.fail(OVERFLOW),
     }
+}
+
+/// Power that is not negative, unless it is beyond 64 bits.
+pub fn whole_power(a: i64, power: i64) -> Option<i64> {
+    if matches!(a, -1..=1) && power > 0 {
+        return Some(if power % 2 == 0 { a * a } else { a });
+    }
+    let mut result = 1;
+    for _ in 0..power {
+        result = product(result, a)?;
+    }
+    Some(result)
 }
 
 /// Quotient rounded down, and the rest that has the sign of the divisor.
@@ -218,14 +219,7 @@ pub fn read_int(text: &str, base: u32) -> Option<i64> {
         [b'0', b'b' | b'B', rest @ ..] if matches!(base, 2 | 0) => (2, rest),
         rest => (if base == 0 { 10 } else { base }, rest),
     };
-    if digits.is_empty() || !(2..=36).contains(&base) {
-        return None;
-    }
-    let add = |sum: i64, byte: &u8| {
-        let digit = i64::from(crate::chars::digit(*byte, base)?);
-        sum.checked_mul(i64::from(base))?.checked_sub(digit)
-    };
-    let value = digits.iter().try_fold(0, add)?;
+    let value = negative(digits, base)?;
     if is_negative { Some(value) } else { value.checked_neg() }
 }
 

@@ -5,23 +5,11 @@ use core::cmp::Ordering;
 use super::{Run, wrong};
 use crate::environment::Kind;
 use crate::fault::{Fault, Result, Words};
-use crate::memory::Memory;
+use crate::number::{Number, number};
 use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View, tag, types};
 
 /// Words about a value that a dict cannot have as a key.
 pub const NO_KEY: Words = Words::NotHashable;
-
-/// A value as a number, if it is one.
-#[derive(Clone, Copy, Debug)]
-pub enum Number {
-    Int(i64),
-    Float(f64),
-}
-
-/// The number that a value is; truth values are 0 and 1.
-pub fn number(memory: &Memory<'_>, value: Value) -> Option<Number> {
-    value.as_float().map(Number::Float).or_else(|| memory.whole(value).map(Number::Int))
-}
 
 fn order_numbers(a: Number, b: Number) -> Option<Ordering> {
     match (a, b) {
