@@ -15,6 +15,7 @@ mod console;
 mod flash;
 mod heat;
 mod keys;
+mod macros;
 mod migrate;
 mod motion_page;
 mod network;
@@ -74,6 +75,9 @@ enum Command {
     /// Turn a Smoothieware v1 config into a config.ini; exits 1 when something must be mended before it can
     /// be used
     Migrate(migrate::Options),
+    /// Klipper's macros: check the templates of a printer.cfg, or print the lines that one makes
+    #[command(subcommand)]
+    Macro(macros::Options),
     /// Execute a job on this computer in virtual time, and write down what the machine did
     Run(run::Options),
     /// Compare every step edge of a run with the ideal trajectory of its job, whichever board made them
@@ -161,6 +165,7 @@ fn run(command: Command) -> Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
         Command::Migrate(options) => Ok(success(migrate::migrate(&options)?)),
+        Command::Macro(options) => Ok(success(macros::macros(&options)?)),
         Command::Run(options) => Ok(success(run::run(&options)?)),
         Command::Verify(options) => Ok(success(verify::verify(&options)?)),
         Command::Motion(options) => {

@@ -140,7 +140,20 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("fuzz-engine", &["fuzz"]),
     (
         "host",
-        &["units", "gcode", "program", "config", "motion", "sim", "base", "jobs", "procedures", "preflight", "update"],
+        &[
+            "units",
+            "gcode",
+            "macros",
+            "program",
+            "config",
+            "motion",
+            "sim",
+            "base",
+            "jobs",
+            "procedures",
+            "preflight",
+            "update",
+        ],
     ),
     ("xtask", &["update"]),
 ];
