@@ -24,7 +24,7 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
         }
         Function::RaiseError => {
             let [message, ..] = arguments.bind(run, names)?;
-            let text = run.text_of(message.ok_or(run.memory.fault(NO_MESSAGE))?)?;
+            let text = run.text_of(message.ok_or(run.memory.fault(Words::NoMessage))?)?;
             act(run, Action::RaiseError, Some(Value::str(text)))?;
             Err(Fault::about(&run.memory, Words::Raised, text))
         }
@@ -32,10 +32,8 @@ pub fn call(run: &mut Run<'_, '_>, number: u8, arguments: Arguments) -> Result<V
     }
 }
 
-const NO_MESSAGE: Words = Words::NoMessage;
-
 fn act(run: &mut Run<'_, '_>, action: Action, message: Option<Value>) -> Result<Value> {
-    let text: Text = run.text_of(message.ok_or(run.memory.fault(NO_MESSAGE))?)?;
+    let text: Text = run.text_of(message.ok_or(run.memory.fault(Words::NoMessage))?)?;
     run.machine.act(action, run.memory.text(text));
     Ok(run.str(""))
 }

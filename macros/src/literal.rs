@@ -4,7 +4,7 @@ use crate::fault::{Fault, Result, Words};
 use crate::lexer::{Lexer, Token};
 use crate::memory::{Memory, Text};
 use crate::number::{float, number};
-use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View};
 
 /// Reads a literal into memory; fails if the text is none.
 pub fn read(memory: &mut Memory<'_>, source: &mut dyn Iterator<Item = u8>) -> Result<Value> {
@@ -53,7 +53,7 @@ impl Reader<'_> {
 
     fn value(&mut self, memory: &mut Memory<'_>, depth: u8) -> Result<Value> {
         if depth == 0 {
-            return memory.fail(TOO_DEEP);
+            return memory.fail(Words::TooDeep);
         }
         let token = self.token;
         self.advance(memory)?;

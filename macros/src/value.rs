@@ -3,13 +3,10 @@
 use core::num::NonZeroU32;
 
 use crate::environment::{Kind, Object};
-use crate::fault::Words;
 use crate::memory::Text;
 
 /// Deepest values within values.
 pub const DEEPEST: u8 = 8;
-/// Words about values within values that are deeper.
-pub const TOO_DEEP: Words = Words::TooDeep;
 /// Length of a value in memory, bytes.
 pub const SIZE: usize = 8;
 

@@ -21,7 +21,7 @@ pub fn pretty(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 /// A copy with all dicts in the order of their keys.
 fn arrange(run: &mut Run<'_, '_>, value: Value, depth: u8) -> Result<Value> {
     if depth == 0 {
-        return run.memory.fail(crate::value::TOO_DEEP);
+        return run.memory.fail(crate::fault::Words::TooDeep);
     }
     match value.view() {
         View::Map(Map::Dict, head) => {
@@ -110,5 +110,6 @@ fn write(run: &mut Run<'_, '_>, value: Value, column: usize, after: usize, depth
         };
         write(run, part, start, after, depth - 1)?;
     }
-    Ok(run.memory.push_bytes(end.as_bytes()))
+    run.memory.push_bytes(end.as_bytes());
+    Ok(())
 }

@@ -8,8 +8,6 @@ use crate::number::{Number, number as number_of};
 use crate::run::{Run, wrong};
 use crate::value::{Value, types};
 
-const NO_END: Words = Words::BraceMissing;
-
 /// A text with values in the places of its braces.
 pub fn braces(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments) -> Result<Value> {
     fill(run, text, arguments, &mut 0, true).map(Value::str)
@@ -30,11 +28,13 @@ fn fill(run: &mut Run<'_, '_>, text: Text, arguments: &Arguments, next: &mut usi
             }
             b'{' => {
                 let rest = text.rest(at);
-                let Some(end) = end_of_field(run.memory.text(rest)) else { return run.memory.fail(NO_END) };
+                let Some(end) = end_of_field(run.memory.text(rest)) else {
+                    return run.memory.fail(Words::BraceMissing);
+                };
                 field(run, rest.part(0, end), arguments, next, may_nest)?;
                 at += end + 1;
             }
-            b'}' => return run.memory.fail(NO_END),
+            b'}' => return run.memory.fail(Words::BraceMissing),
             _ => run.memory.push_byte(this),
         }
     }
@@ -156,7 +156,8 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
         && spec.form == 0
         && spec.width == 0
     {
-        return Ok(memory.push_bytes(if is { b"True" } else { b"False" }));
+        memory.push_bytes(if is { b"True" } else { b"False" });
+        return Ok(());
     }
     match number_of(memory, value) {
         Some(Number::Float(float)) => return super::number::write_real(memory, float, spec),
@@ -174,7 +175,8 @@ fn write(run: &mut Run<'_, '_>, value: Value, spec: &Spec) -> Result<()> {
         && spec.comma == 0
         && spec.sign == b'-'
     {
-        return Ok(write_text(memory, text, spec));
+        write_text(memory, text, spec);
+        return Ok(());
     }
     if spec.form != 0 || spec.width != 0 || value.is(types::STR | types::NUMBER) {
         return Err(wrong(memory, Words::FormMisfit, value));

@@ -53,7 +53,7 @@ fn align(memory: &mut Memory<'_>, from: usize, prefix: usize, spec: &Spec, defau
     let length = crate::chars::count(memory.text(text));
     let missing = spec.width.saturating_sub(length);
     if missing == 0 {
-        return ();
+        return;
     }
     let align = if spec.align == 0 { default } else { spec.align };
     let (left, place) = match align {
@@ -66,7 +66,6 @@ fn align(memory: &mut Memory<'_>, from: usize, prefix: usize, spec: &Spec, defau
     let end = memory.top;
     memory.push_chars(spec.fill, left);
     memory.rotate(place, memory.top, end - place);
-    ()
 }
 
 /// Appends a string by a form.

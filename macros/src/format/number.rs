@@ -22,7 +22,6 @@ fn grouped(memory: &mut Memory<'_>, count: i32, comma: u8, digit: impl Fn(i32) -
             memory.push_byte(comma);
         }
     }
-    ()
 }
 
 /// Appends a whole number by a form: `d x X o b c`.
@@ -32,7 +31,8 @@ pub fn write_int(memory: &mut Memory<'_>, value: i64, spec: &Spec) -> Result<()>
         let char = u32::try_from(value).ok().and_then(char::from_u32);
         let Some(char) = char else { return Err(memory.fault(Words::NoCharacter)) };
         memory.push_char(char);
-        return Ok(align(memory, from, 0, spec, b'<'));
+        align(memory, from, 0, spec, b'<');
+        return Ok(());
     }
     let (base, prefix): (u64, &[u8]) = match spec.form {
         b'x' => (16, b"0x"),
@@ -55,7 +55,8 @@ pub fn write_int(memory: &mut Memory<'_>, value: i64, spec: &Spec) -> Result<()>
     };
     memory.push_chars('0', spec.precision.unwrap_or(0).saturating_sub(count));
     grouped(memory, count as i32, spec.comma, digit);
-    Ok(align(memory, from, prefix, spec, b'>'))
+    align(memory, from, prefix, spec, b'>');
+    Ok(())
 }
 
 /// Appends a real number by a form: `f F e E g G %`, or none.
@@ -91,7 +92,8 @@ pub fn write_real(memory: &mut Memory<'_>, value: f64, spec: &Spec) -> Result<()
     if spec.form.is_ascii_uppercase() {
         memory.make_upper(from);
     }
-    Ok(align(memory, from, prefix, spec, b'>'))
+    align(memory, from, prefix, spec, b'>');
+    Ok(())
 }
 
 fn fixed(memory: &mut Memory<'_>, value: f64, decimals: i32, spec: &Spec) {

@@ -172,7 +172,8 @@ fn write(run: &mut Run<'_, '_>, value: Value, mut spec: Spec) -> Result<()> {
                 return Err(wrong(&run.memory, Words::OneCharacter, value));
             }
             spec.precision = None;
-            Ok(write_text(&mut run.memory, text, &spec))
+            write_text(&mut run.memory, text, &spec);
+            Ok(())
         }
         form => Err(Fault::with(&run.memory, Words::NoForm, About::Byte(form))),
     }

@@ -44,10 +44,12 @@ fn escape(reader: &mut Reader<'_>, memory: &mut Memory<'_>) -> Result<()> {
         b'N' => return memory.fail(Words::CharacterName),
         _ => {
             memory.push_byte(b'\\');
-            return Ok(memory.push_byte(byte));
+            memory.push_byte(byte);
+            return Ok(());
         }
     };
-    Ok(memory.push_char(char))
+    memory.push_char(char);
+    Ok(())
 }
 
 fn octal(reader: &mut Reader<'_>, first: u8) -> char {

@@ -17,7 +17,7 @@ pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -
         OfList::Get => {
             let key = needed(run, first)?;
             let element = run.item(list, key)?;
-            return if element.is_undefined() { run.memory.fail(NO_ELEMENT) } else { Ok(element) };
+            return if element.is_undefined() { run.memory.fail(Words::NoElement) } else { Ok(element) };
         }
         _ => {}
     }
@@ -75,8 +75,6 @@ fn append(run: &mut Run<'_, '_>, head: u16, value: Value) -> Result<()> {
     Ok(())
 }
 
-const NO_ELEMENT: Words = Words::NoElement;
-
 /// Place of an element by its number, from the end if negative.
 fn place(run: &Run<'_, '_>, index: i64, length: usize, may_be_outside: bool) -> Result<usize> {
     let length = length as i64;
@@ -85,7 +83,7 @@ fn place(run: &Run<'_, '_>, index: i64, length: usize, may_be_outside: bool) -> 
         return Ok(place.max(0).min(length) as usize);
     }
     if place < 0 || place >= length {
-        return run.memory.fail(NO_ELEMENT);
+        return run.memory.fail(Words::NoElement);
     }
     Ok(place as usize)
 }

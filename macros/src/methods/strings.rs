@@ -51,7 +51,7 @@ pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) 
         OfString::RemoveSuffix => {
             let part = string(run, first)?;
             let has = run.memory.text(text).ends_with(run.memory.text(part));
-            Ok(Value::str(if has { text.part(0, usize::from(text.len() - part.len())) } else { text }))
+            Ok(Value::str(if has { text.part(0, text.len() - part.len()) } else { text }))
         }
         OfString::Partition | OfString::RPartition => {
             partition(run, text, string(run, first)?, method == OfString::RPartition)

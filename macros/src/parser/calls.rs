@@ -12,7 +12,8 @@ impl Parser<'_, '_, '_> {
     pub fn call(&mut self) -> Result<()> {
         let count = self.arguments()?;
         self.emit(Op::Call);
-        Ok(self.memory.push_byte(count))
+        self.memory.push_byte(count);
+        Ok(())
     }
 
     /// Arguments in parentheses; returns how many.
@@ -81,7 +82,10 @@ impl Parser<'_, '_, '_> {
         }
         let count = if self.token == Token::Sign(b'(') { self.arguments()? } else { 0 };
         match names::find(Filter::NAMES, self.memory.bytes(name)) {
-            Some(number) if is_known => Ok(self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8)),
+            Some(number) if is_known => {
+                self.emit_word(Op::Filter, u16::from(number) | u16::from(count) << 8);
+                Ok(())
+            }
             _ => self.unknown(Fault::about(self.memory, Words::NoFilter, name), name),
         }
     }
@@ -90,7 +94,8 @@ impl Parser<'_, '_, '_> {
         if !self.is_soft && self.unknown.is_none() {
             self.unknown = Some((self.memory.top, fault));
         }
-        Ok(self.emit_word(Op::Unknown, name.at() as u16))
+        self.emit_word(Op::Unknown, name.at() as u16);
+        Ok(())
     }
 
     /// A test behind its `is`.
@@ -115,6 +120,13 @@ impl Parser<'_, '_, '_> {
             Some(number) => self.emit_word(Op::Test, u16::from(number) | u16::from(count) << 8),
             None => self.unknown(Fault::about(self.memory, Words::NoTest, name), name)?,
         }
-        if is_negated { Ok(self.emit(Op::Not)) } else { Ok(()) }
+        if is_negated {
+            {
+                self.emit(Op::Not);
+                Ok(())
+            }
+        } else {
+            Ok(())
+        }
     }
 }

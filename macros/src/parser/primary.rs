@@ -19,19 +19,27 @@ impl Parser<'_, '_, '_> {
                 self.advance()?;
                 match names::find(CONSTANTS, self.memory.bytes(name)) {
                     // Instructions of constants have the order of their names.
-                    Some(number) => Ok(self.memory.push_byte(Op::None as u8 + number)),
-                    None => Ok(self.emit_word(Op::Load, name.at() as u16)),
+                    Some(number) => {
+                        self.memory.push_byte(Op::None as u8 + number);
+                        Ok(())
+                    }
+                    None => {
+                        self.emit_word(Op::Load, name.at() as u16);
+                        Ok(())
+                    }
                 }
             }
             Token::Str(text) => self.strings(text),
             Token::Int(value) => {
                 self.advance()?;
-                Ok(self.integer(value))
+                self.integer(value);
+                Ok(())
             }
             Token::Float(value) => {
                 self.advance()?;
                 self.emit(Op::Float);
-                Ok(self.memory.push_bytes(&value.to_le_bytes()))
+                self.memory.push_bytes(&value.to_le_bytes());
+                Ok(())
             }
             Token::Sign(b'(') => {
                 self.advance()?;
@@ -78,7 +86,8 @@ impl Parser<'_, '_, '_> {
             count += 1;
         }
         self.advance()?;
-        Ok(self.emit_word(Op::List, count))
+        self.emit_word(Op::List, count);
+        Ok(())
     }
 
     fn dict(&mut self) -> Result<()> {
@@ -97,7 +106,8 @@ impl Parser<'_, '_, '_> {
             count += 1;
         }
         self.advance()?;
-        Ok(self.emit_word(Op::Dict, count))
+        self.emit_word(Op::Dict, count);
+        Ok(())
     }
 
     /// Attributes, subscripts and calls behind a value.
@@ -118,16 +128,19 @@ impl Parser<'_, '_, '_> {
             Token::Name(name) => {
                 self.advance()?;
                 if self.token != Token::Sign(b'(') {
-                    return Ok(self.emit_word(Op::Attribute, name.at() as u16));
+                    self.emit_word(Op::Attribute, name.at() as u16);
+                    return Ok(());
                 }
                 let count = self.arguments()?;
                 self.emit_word(Op::Method, name.at() as u16);
-                Ok(self.memory.push_byte(count))
+                self.memory.push_byte(count);
+                Ok(())
             }
             Token::Int(number) => {
                 self.advance()?;
                 self.integer(number);
-                Ok(self.emit(Op::Item))
+                self.emit(Op::Item);
+                Ok(())
             }
             _ => Err(self.unexpected(Words::NameMissing)),
         }
@@ -146,13 +159,15 @@ impl Parser<'_, '_, '_> {
         }
         self.advance()?;
         if count == 1 {
-            return Ok(self.emit(if is_slice { Op::Slice } else { Op::Item }));
+            self.emit(if is_slice { Op::Slice } else { Op::Item });
+            return Ok(());
         }
         if is_slice {
             return self.memory.fail(Words::SliceAlone);
         }
         self.emit_word(Op::Tuple, count);
-        Ok(self.emit(Op::Item))
+        self.emit(Op::Item);
+        Ok(())
     }
 
     /// An index, or the three parts of a slice; returns whether it was one.
@@ -178,6 +193,13 @@ impl Parser<'_, '_, '_> {
     }
 
     fn bound(&mut self) -> Result<()> {
-        if matches!(self.token, Token::Sign(b':' | b']' | b',')) { Ok(self.emit(Op::None)) } else { self.expression() }
+        if matches!(self.token, Token::Sign(b':' | b']' | b',')) {
+            {
+                self.emit(Op::None);
+                Ok(())
+            }
+        } else {
+            self.expression()
+        }
     }
 }

@@ -49,7 +49,8 @@ impl Machine<'_, '_> {
                 self.two(op, first, last)?
             }
         };
-        Ok(self.run.memory.push(result))
+        self.run.memory.push(result);
+        Ok(())
     }
 
     fn two(&mut self, op: Op, a: Value, b: Value) -> Result<Value> {

@@ -129,7 +129,8 @@ impl Machine<'_, '_> {
                 let at = self.frame - LOOP_PLACES;
                 let turns = whole_at(self, at + 1) + 1;
                 self.run.memory.set_at(at + 1, Value::count(turns as usize));
-                Ok(self.run.memory.push_named(Use::Variable, name, Value::turns(at)))
+                self.run.memory.push_named(Use::Variable, name, Value::turns(at));
+                Ok(())
             }
             Op::ForAgain => {
                 self.run.memory.cut(self.frame);
@@ -165,7 +166,7 @@ impl Machine<'_, '_> {
     fn begin(&mut self) -> Result<()> {
         let value = self.run.memory.pop();
         if matches!(value.view(), View::Loop(_)) || !self.run.is_iterable(value) {
-            return Err(wrong(&self.run.memory, crate::run::lookup::NOT_ITERABLE, value));
+            return Err(wrong(&self.run.memory, Words::NotIterable, value));
         }
         let value = self.keep(value);
         let back = self.frame << 16 | self.run.memory.keep;
@@ -187,7 +188,8 @@ impl Machine<'_, '_> {
         self.leap(false);
         self.run.memory.set_at(at + 2, Value::count(next + 1));
         let element = self.run.element(value, next)?;
-        Ok(self.run.memory.push(element))
+        self.run.memory.push(element);
+        Ok(())
     }
 }
 

@@ -189,7 +189,8 @@ impl Machine<'_, '_> {
     fn load(&mut self) -> Result<()> {
         let name = self.string();
         let value = self.variable(name)?;
-        Ok(self.run.memory.push(value))
+        self.run.memory.push(value);
+        Ok(())
     }
 
     fn variable(&mut self, name: Text) -> Result<Value> {
@@ -245,7 +246,8 @@ impl Machine<'_, '_> {
             Value::seq(if op == Op::List { Seq::List } else { Seq::Tuple }, head)
         };
         self.run.memory.cut(first);
-        Ok(self.run.memory.push(value))
+        self.run.memory.push(value);
+        Ok(())
     }
 
     fn jump(&mut self, op: Op) -> Result<()> {
@@ -299,6 +301,7 @@ impl Machine<'_, '_> {
             _ => return Err(wrong(&run.memory, Words::NotCallable, subject)),
         };
         self.run.memory.cut(first.saturating_sub(1));
-        Ok(self.run.memory.push(result))
+        self.run.memory.push(result);
+        Ok(())
     }
 }

@@ -5,7 +5,7 @@ use crate::environment::Kind;
 use crate::fault::{Fault, Result, Words};
 use crate::memory::Text;
 use crate::names::{self, OfLoop};
-use crate::value::{DEEPEST, Map, SIZE, Seq, TOO_DEEP, Value, View, types};
+use crate::value::{DEEPEST, Map, SIZE, Seq, Value, View, types};
 
 /// Places on the stack that a loop has: what it goes through, where it is, and the loop around it.
 pub const LOOP_PLACES: usize = 4;
@@ -115,7 +115,7 @@ impl Run<'_, '_> {
     /// A value of the machine's with all its parts in memory.
     pub fn settle(&mut self, value: Value, depth: u8) -> Result<Value> {
         if depth == 0 {
-            return self.memory.fail(TOO_DEEP);
+            return self.memory.fail(Words::TooDeep);
         }
         let View::Object(object) = value.view() else { return self.settle_parts(value, depth) };
         let length = self.machine.length(object);

@@ -8,9 +8,6 @@ use crate::memory::Text;
 use crate::names;
 use crate::value::{Map, SIZE, Seq, Value, View, types};
 
-/// Words about a value that cannot be gone through.
-pub const NOT_ITERABLE: Words = Words::NotIterable;
-
 impl Run<'_, '_> {
     /// Whether a value counts as true.
     pub fn truth(&mut self, value: Value) -> bool {
@@ -67,7 +64,7 @@ impl Run<'_, '_> {
     /// Number of elements of what is gone through; a fault where it cannot be.
     pub fn iterate(&mut self, value: Value) -> Result<usize> {
         if matches!(value.view(), View::Loop(_)) || !self.is_iterable(value) {
-            return Err(wrong(&self.memory, NOT_ITERABLE, value));
+            return Err(wrong(&self.memory, Words::NotIterable, value));
         }
         match self.length(value).unwrap_or(0) {
             length if length > usize::from(u16::MAX) => self.memory.fail(Words::LongRange),

@@ -88,7 +88,6 @@ impl Run<'_, '_> {
         self.memory.set_value(at + ENTRY, value);
         self.given = at as u16;
         self.keep();
-        ()
     }
 
     /// Name or element of an object of the machine's.
@@ -113,7 +112,6 @@ impl Run<'_, '_> {
     pub fn append(&mut self, head: u16, value: Value) {
         let at = self.memory.grow(head, crate::value::SIZE);
         self.memory.set_value(at, value);
-        ()
     }
 
     /// An empty dict or namespace.

@@ -8,15 +8,11 @@ use crate::memory::Memory;
 use crate::number::{Number, float, number};
 use crate::value::{Seq, Value, types};
 
-const OVERFLOW: Words = Words::Overflow;
-const BY_ZERO: Words = Words::ZeroDivision;
-const NO_ARITHMETIC: Words = Words::WantsNumber;
-
 /// Result of an operator with two sides.
 pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Value> {
     if let (Some(first), Some(second)) = (number(&run.memory, a), number(&run.memory, b)) {
         if matches!(op, Op::Divide | Op::FloorDivide | Op::Modulo) && float(second) == 0.0 {
-            return run.memory.fail(BY_ZERO);
+            return run.memory.fail(Words::ZeroDivision);
         }
         return match (first, second) {
             (Number::Int(a), Number::Int(b)) => integers(&mut run.memory, op, a, b),
@@ -24,7 +20,7 @@ pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Va
         };
     }
     if a.is_undefined() || b.is_undefined() {
-        return Err(wrong(&run.memory, NO_ARITHMETIC, if a.is_undefined() { a } else { b }));
+        return Err(wrong(&run.memory, Words::WantsNumber, if a.is_undefined() { a } else { b }));
     }
     match op {
         Op::Add => add(run, a, b),
@@ -35,7 +31,7 @@ pub fn calculate(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<Va
 
 /// The fault that one of two values is no number.
 fn no_number(memory: &Memory<'_>, a: Value, b: Value) -> Fault {
-    wrong(memory, NO_ARITHMETIC, if number(memory, a).is_some() { b } else { a })
+    wrong(memory, Words::WantsNumber, if number(memory, a).is_some() { b } else { a })
 }
 
 fn integers(memory: &mut Memory<'_>, op: Op, a: i64, b: i64) -> Result<Value> {
@@ -50,7 +46,7 @@ fn integers(memory: &mut Memory<'_>, op: Op, a: i64, b: i64) -> Result<Value> {
     };
     match result {
         Some(int) => Ok(memory.int(int)),
-        None => memory.fail(OVERFLOW),
+        None => memory.fail(Words::Overflow),
     }
 }
 
@@ -138,7 +134,7 @@ fn add(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
         }
         _ => {
             let has_text = a.text().is_some() || b.text().is_some();
-            let words = if has_text { Words::AddToText } else { NO_ARITHMETIC };
+            let words = if has_text { Words::AddToText } else { Words::WantsNumber };
             let is_first = number(&run.memory, a).is_some() || a.text().is_some();
             Err(wrong(&run.memory, words, if is_first { b } else { a }))
         }
@@ -170,7 +166,7 @@ fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
         }
         return Ok(Value::str(run.memory.text_since(from)));
     }
-    let Some(kind) = sequence_kind(value) else { return Err(wrong(&run.memory, NO_ARITHMETIC, value)) };
+    let Some(kind) = sequence_kind(value) else { return Err(wrong(&run.memory, Words::WantsNumber, value)) };
     let head = run.memory.new_block(0, crate::value::SIZE);
     let length = run.iterate(value)?;
     let mut left = if length == 0 { 0 } else { count };

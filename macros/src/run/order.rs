@@ -6,10 +6,7 @@ use super::{Run, wrong};
 use crate::environment::Kind;
 use crate::fault::{Fault, Result, Words};
 use crate::number::{Number, number};
-use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View, tag, types};
-
-/// Words about a value that a dict cannot have as a key.
-pub const NO_KEY: Words = Words::NotHashable;
+use crate::value::{DEEPEST, Map, Seq, Value, View, tag, types};
 
 fn order_numbers(a: Number, b: Number) -> Option<Ordering> {
     match (a, b) {
@@ -46,7 +43,7 @@ fn order_mixed(a: i64, b: f64) -> Option<Ordering> {
 /// Whether two values are equal.
 pub fn equal(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<bool> {
     if depth == 0 {
-        return run.memory.fail(TOO_DEEP);
+        return run.memory.fail(Words::TooDeep);
     }
     if let (Some(a), Some(b)) = (number(&run.memory, a), number(&run.memory, b)) {
         return Ok(order_numbers(a, b) == Some(Ordering::Equal));
@@ -115,7 +112,7 @@ fn equal_dicts(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<b
 /// Order of two values; none where they have none, as with numbers that are none. Fails for other types.
 pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Option<Ordering>> {
     if depth == 0 {
-        return run.memory.fail(TOO_DEEP);
+        return run.memory.fail(Words::TooDeep);
     }
     if let (Some(a), Some(b)) = (number(&run.memory, a), number(&run.memory, b)) {
         return Ok(order_numbers(a, b));
@@ -124,7 +121,7 @@ pub fn order(run: &mut Run<'_, '_>, a: Value, b: Value, depth: u8) -> Result<Opt
         return Ok(Some(run.memory.bytes(a).cmp(run.memory.bytes(b))));
     }
     if a.is_undefined() || b.is_undefined() {
-        return Err(wrong(&run.memory, NO_KEY, if a.is_undefined() { a } else { b }));
+        return Err(wrong(&run.memory, Words::NoOrder, if a.is_undefined() { a } else { b }));
     }
     let are = |types| a.is(types) && b.is(types);
     if !are(types::LIST) && !are(types::TUPLE) {
@@ -153,13 +150,15 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
         }
         View::Map(Map::Dict, head) => {
             if !is_hashable(run, value) {
-                return Err(wrong(&run.memory, NO_KEY, value));
+                return Err(wrong(&run.memory, Words::NotHashable, value));
             }
             Ok(run.find(head, value)?.is_some())
         }
         View::Object(object) if matches!(object.kind, Kind::Lookup | Kind::Dict) => match value.view() {
             View::Str(name) => Ok(run.member(object, name)?.is_some()),
-            _ if object.kind == Kind::Dict && !is_hashable(run, value) => Err(wrong(&run.memory, NO_KEY, value)),
+            _ if object.kind == Kind::Dict && !is_hashable(run, value) => {
+                Err(wrong(&run.memory, Words::NotHashable, value))
+            }
             _ => Ok(false),
         },
         View::Range(at) if number(&run.memory, value).is_some() => {

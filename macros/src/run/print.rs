@@ -5,7 +5,7 @@ use crate::digits::{Integer, Shortest};
 use crate::environment::Kind;
 use crate::fault::{Result, Words};
 use crate::memory::{Memory, Text};
-use crate::value::{DEEPEST, Map, Seq, TOO_DEEP, Value, View};
+use crate::value::{DEEPEST, Map, Seq, Value, View};
 
 impl Run<'_, '_> {
     /// A value as text, as it is written.
@@ -32,18 +32,33 @@ impl Run<'_, '_> {
     /// Appends a value, which is all in memory, to what grows.
     pub fn write_repr(&mut self, value: Value, depth: u8) -> Result<()> {
         if depth == 0 {
-            return self.memory.fail(TOO_DEEP);
+            return self.memory.fail(Words::TooDeep);
         }
         match value.view() {
-            View::Undefined(_) => Ok(self.memory.push_bytes(b"Undefined")),
-            View::None => Ok(self.memory.push_bytes(b"None")),
-            View::Number => Ok(self.write_number(value)),
-            View::Str(text) => Ok(self.write_quoted(text)),
+            View::Undefined(_) => {
+                self.memory.push_bytes(b"Undefined");
+                Ok(())
+            }
+            View::None => {
+                self.memory.push_bytes(b"None");
+                Ok(())
+            }
+            View::Number => {
+                self.write_number(value);
+                Ok(())
+            }
+            View::Str(text) => {
+                self.write_quoted(text);
+                Ok(())
+            }
             View::Seq(Seq::Once, _) => self.memory.fail(Words::WantsList),
             View::Seq(kind, head) => self.write_seq(kind, head, depth),
             View::Map(kind, head) => self.write_map(kind, head, depth),
-            View::Range(at) => Ok(self.write_range(at)),
-            View::Object(object) if object.kind != Kind::Lookup => self.memory.fail(TOO_DEEP),
+            View::Range(at) => {
+                self.write_range(at);
+                Ok(())
+            }
+            View::Object(object) if object.kind != Kind::Lookup => self.memory.fail(Words::TooDeep),
             View::Object(_) | View::Function(_) | View::Method | View::Loop(_) => {
                 Err(wrong(&self.memory, Words::NoText, value))
             }
@@ -83,7 +98,8 @@ impl Run<'_, '_> {
         if kind == Seq::Tuple && length == 1 {
             self.memory.push_byte(b',');
         }
-        Ok(self.memory.push_bytes(end.as_bytes()))
+        self.memory.push_bytes(end.as_bytes());
+        Ok(())
     }
 
     fn write_map(&mut self, kind: Map, head: u16, depth: u8) -> Result<()> {
@@ -101,7 +117,14 @@ impl Run<'_, '_> {
             self.write_repr(value, depth - 1)?;
         }
         self.memory.push_byte(b'}');
-        if kind == Map::Namespace { Ok(self.memory.push_byte(b'>')) } else { Ok(()) }
+        if kind == Map::Namespace {
+            {
+                self.memory.push_byte(b'>');
+                Ok(())
+            }
+        } else {
+            Ok(())
+        }
     }
 
     fn write_range(&mut self, at: u16) {

@@ -4,89 +4,23 @@
 //! grow behind the code, and the stack before the strings. Nothing is freed one by one: what a statement has
 //! made and nobody keeps goes when the next statement begins.
 
+mod blocks;
+mod stack;
+mod text;
+
 use core::cell::Cell;
 
 use crate::chars::Sides;
 use crate::fault::{About, Fault, Result, Words};
-use crate::value::{self, Value};
+use crate::value::Value;
+pub use stack::Use;
+pub use text::Text;
 
 /// Greatest memory: places are 16 bits.
 const MOST: usize = 0xffff;
 
 /// Place that no memory has: what is written there is lost.
 const NOWHERE: usize = MOST;
-
-/// A text in memory, in one word: where its first byte is, and above that its length in bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Text(u32);
-
-impl Text {
-    pub fn new(at: usize, len: usize) -> Self {
-        Self(at as u32 & 0xffff | (len as u32) << 16)
-    }
-
-    /// The text with this word.
-    pub fn from_bits(bits: u32) -> Self {
-        Self(bits)
-    }
-
-    pub fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// Place of the first byte.
-    pub fn at(self) -> usize {
-        self.0 as u16 as usize
-    }
-
-    /// Length of the text, bytes.
-    pub fn len(self) -> usize {
-        (self.0 >> 16) as usize
-    }
-
-    /// The part of the text from one byte up to another.
-    #[inline(never)]
-    pub fn part(self, from: usize, to: usize) -> Self {
-        let to = to.min(self.len());
-        let from = from.min(to);
-        Self::new(self.at() + from, to - from)
-    }
-
-    /// The text from a byte on.
-    #[inline(never)]
-    pub fn rest(self, from: usize) -> Self {
-        self.part(from, usize::MAX)
-    }
-}
-
-/// A list, tuple, view, dict or namespace in memory: where its elements are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Block {
-    pub data: usize,
-    pub len: usize,
-    pub room: usize,
-}
-
-/// Length of a block's head, bytes.
-const HEAD: usize = 6;
-
-/// Use of a place on the stack.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Use {
-    /// Operand of an expression.
-    Operand,
-    /// Variable of the template, by the place of its name.
-    Variable,
-    /// Argument that is given by its name.
-    Keyword,
-    /// Argument whose elements are arguments.
-    Spread,
-    /// Argument whose members are arguments with names.
-    SpreadNamed,
-}
-
-/// Length of a place on the stack: use, name, value.
-const SLOT: usize = 3 + value::SIZE;
 
 /// Memory of the caller, with what is used of it.
 pub struct Memory<'a> {
@@ -409,152 +343,5 @@ impl<'a> Memory<'a> {
         let [low, high] = value.words();
         self.set_long_word(at, low);
         self.set_long_word(at + 4, high);
-    }
-
-    /// Makes an empty block with room for elements of a size.
-    #[inline(never)]
-    pub fn new_block(&mut self, room: usize, size: usize) -> u16 {
-        let head = self.reserve(HEAD) as u16;
-        let data = self.reserve(room.saturating_mul(size));
-        self.set_block(head, Block { data, len: 0, room });
-        head
-    }
-
-    /// The block with its head at a place.
-    #[inline(never)]
-    pub fn block(&self, head: u16) -> Block {
-        let head = usize::from(head);
-        let [data, len, room] = [0, 2, 4].map(|offset| usize::from(self.word(head + offset)));
-        Block { data, len, room }
-    }
-
-    /// Number of elements of a block.
-    #[inline(never)]
-    pub fn count(&self, head: u16) -> usize {
-        usize::from(self.word(usize::from(head) + 2))
-    }
-
-    /// Cuts a block to so many elements.
-    #[inline(never)]
-    pub fn set_count(&mut self, head: u16, count: usize) {
-        self.set_word(usize::from(head) + 2, count as u16);
-    }
-
-    /// Place of an element of a block whose elements have a size.
-    #[inline(never)]
-    pub fn place(&self, head: u16, index: usize, size: usize) -> usize {
-        usize::from(self.word(usize::from(head))) + index * size
-    }
-
-    /// Element of a block of values.
-    #[inline(never)]
-    pub fn element(&self, head: u16, index: usize) -> Value {
-        self.value(self.place(head, index, value::SIZE))
-    }
-
-    /// Writes the head of a block.
-    #[inline(never)]
-    pub fn set_block(&mut self, head: u16, block: Block) {
-        for (index, word) in [block.data, block.len, block.room].into_iter().enumerate() {
-            self.set_word(usize::from(head) + 2 * index, word as u16);
-        }
-    }
-
-    /// Makes room for one more element of a size; returns its place.
-    #[inline(never)]
-    pub fn grow(&mut self, head: u16, size: usize) -> usize {
-        let mut block = self.block(head);
-        if block.len == block.room {
-            let more = block.room.max(2);
-            if block.data + block.room * size == self.top {
-                self.reserve(more * size);
-            } else {
-                let data = self.reserve((block.room + more) * size);
-                self.copy(block.data, data, block.len * size);
-                block.data = data;
-            }
-            block.room += more;
-        }
-        if self.is_full {
-            return NOWHERE;
-        }
-        let at = block.data + block.len * size;
-        block.len += 1;
-        self.set_block(head, block);
-        at
-    }
-
-    /// Number of places on the stack.
-    pub fn depth(&self) -> usize {
-        self.pool.saturating_sub(self.low) / SLOT
-    }
-
-    fn slot(&self, index: usize) -> usize {
-        self.pool.saturating_sub((index + 1) * SLOT)
-    }
-
-    /// Puts a value on the stack.
-    #[inline(never)]
-    pub fn push(&mut self, value: Value) {
-        self.push_named(Use::Operand, 0, value);
-    }
-
-    /// Puts a variable or an argument with its name on the stack.
-    #[inline(never)]
-    pub fn push_named(&mut self, kind: Use, name: u16, value: Value) {
-        if SLOT > self.low.saturating_sub(self.top) {
-            self.is_full = true;
-            return;
-        }
-        self.low -= SLOT;
-        let low = self.low;
-        self.set_byte(low, kind as u8);
-        self.set_word(low + 1, name);
-        self.set_value(low + 3, value);
-    }
-
-    /// Takes the last value from the stack.
-    #[inline(never)]
-    pub fn pop(&mut self) -> Value {
-        let value = self.value(self.low + 3);
-        self.low = (self.low + SLOT).min(self.pool);
-        value
-    }
-
-    /// Takes values from the stack until it has so many.
-    #[inline(never)]
-    pub fn cut(&mut self, depth: usize) {
-        self.low = self.pool.saturating_sub(depth * SLOT);
-    }
-
-    /// A value on the stack, counted from its start.
-    #[inline(never)]
-    pub fn at(&self, index: usize) -> Value {
-        self.value(self.slot(index) + 3)
-    }
-
-    /// Writes a value on the stack.
-    #[inline(never)]
-    pub fn set_at(&mut self, index: usize, value: Value) {
-        self.set_value(self.slot(index) + 3, value);
-    }
-
-    /// Use of a place on the stack.
-    pub fn use_at(&self, index: usize) -> Use {
-        const USES: [Use; 5] = [Use::Operand, Use::Variable, Use::Keyword, Use::Spread, Use::SpreadNamed];
-        USES.get(usize::from(self.byte(self.slot(index)))).copied().unwrap_or(Use::Operand)
-    }
-
-    /// The name of a place on the stack, if it is used so.
-    #[inline(never)]
-    pub fn name_at(&self, index: usize, kind: Use) -> Option<u16> {
-        let slot = self.slot(index);
-        (self.byte(slot) == kind as u8).then(|| self.word(slot + 1))
-    }
-
-    /// Makes an argument of the last value.
-    pub fn name_last(&mut self, kind: Use, name: u16) {
-        self.set_byte(self.low, kind as u8);
-        self.set_word(self.low + 1, name);
     }
 }
