@@ -1,4 +1,4 @@
-//! `velvet macro`: Klipper's macros checked and rendered away from the machine, by the code that the board has.
+//! `velvet macro`: Klipper's macros checked and rendered away from the machine, by the code of the board.
 
 mod check;
 mod files;
@@ -17,8 +17,8 @@ const OUTPUT: usize = 12 * 1024;
 /// What `velvet macro` does.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum Options {
-    /// Read every macro of Klipper's files, with what they include; exits 1 when one is not taken, 2 when a file
-    /// cannot be read
+    /// Read every macro of Klipper's files, with what they include; exits 1 when one is not taken, 2 when a
+    /// file cannot be read
     Check {
         /// Klipper's printer.cfg and others
         #[arg(required = true)]

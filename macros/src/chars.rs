@@ -188,3 +188,44 @@ pub fn digit(byte: u8, base: u32) -> Option<u32> {
 pub fn place_of(text: &str, byte: u8) -> Option<usize> {
     text.bytes().position(|known| known == byte)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Case, Sides, count, lower, nth, place, strip, trim, upper};
+
+    #[test]
+    fn cases_of_latin_greek_and_cyrillic_turn_back() {
+        for char in "az\u{e9}\u{ff}\u{3b1}\u{436}\u{450}\u{17e}".chars() {
+            assert_eq!(lower(upper(char)), char);
+            assert_ne!(upper(char), char);
+        }
+        assert_eq!((upper('1'), lower('-')), ('1', '-'));
+    }
+
+    #[test]
+    fn words_begin_behind_what_the_case_says() {
+        assert!(Case::Words.is_upper('-', 'a') && !Case::Words.is_upper('\'', 'a'));
+        assert!(Case::Title.is_upper('\'', 'a') && !Case::Title.is_upper('b', 'a'));
+        assert!(Case::Capital.is_upper('\0', 'a') && !Case::Capital.is_upper(' ', 'a'));
+    }
+
+    #[test]
+    fn sides_are_stripped_of_blanks_or_of_a_set() {
+        assert_eq!((strip(" a b ", None, Sides::Left), strip(" a b ", None, Sides::Right)), ((1, 5), (0, 4)));
+        assert_eq!((trim("\u{a0}a\t"), trim("  "), trim("")), ("a", "", ""));
+        assert_eq!(strip("xxaxé", Some("éx"), Sides::Both), (2, 3));
+    }
+
+    #[test]
+    fn characters_have_places_in_bytes() {
+        assert_eq!((place("aéb", 0), place("aéb", 2), place("aéb", 9), count("aéb")), (0, 3, 4, 3));
+    }
+
+    #[test]
+    fn parts_of_a_text_have_numbers() {
+        assert_eq!(
+            (nth("a;bc;;", b';', 0), nth("a;bc;;", b';', 1), nth("a;bc;;", b';', 2), nth("a;", b';', 5)),
+            ("a", "bc", "", "")
+        );
+    }
+}

@@ -13,7 +13,8 @@ const MOST_DETAIL: usize = 64;
 /// Result inside the crate: the place is added where the line is known.
 pub type Result<T> = core::result::Result<T, Fault>;
 
-/// A fault. Its words and its subject wait in the memory until the error is made: so results stay in registers.
+/// A fault. Its words and its subject wait in the memory until the error is made: so results stay in
+/// registers.
 #[derive(Clone, Copy, Debug)]
 pub struct Fault(());
 

@@ -3,8 +3,8 @@
 use crate::chars::nth;
 use crate::value::{Value, types};
 
-/// Names of a kind, in order. Of each: its words with `|` between them, a blank, the names of its arguments with
-/// blanks between them (`*` takes any), and `;`.
+/// Names of a kind, in order. Of each: its words with `|` between them, a blank, the names of its arguments
+/// with blanks between them (`*` takes any), and `;`.
 pub type Table = &'static str;
 
 /// Makes an enum of names, and their table.
@@ -164,4 +164,28 @@ pub fn method(value: Value, word: &[u8]) -> Option<u8> {
     let number = find(methods(value), word)?;
     let is_of_tuples = number <= OfList::Length as u8;
     (is_of_tuples || !value.is(types::TUPLE | types::RANGE)).then_some(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Filter, OfList, Test, find, parameters};
+
+    #[test]
+    fn each_word_of_an_entry_names_it() {
+        let filter = |word: &str| find(Filter::NAMES, word.as_bytes()).map(Filter::from_number);
+        assert_eq!(
+            (filter("abs"), filter("count"), filter("length")),
+            (Some(Filter::Abs), Some(Filter::Length), Some(Filter::Length))
+        );
+        assert_eq!((filter("wordcount"), filter("d")), (Some(Filter::WordCount), Some(Filter::Default)));
+        assert_eq!((filter("width"), filter("ab"), filter("abso"), filter("")), (None, None, None, None));
+        assert_eq!(find(Test::NAMES, b"lessthan").map(Test::from_number), Some(Test::Less));
+    }
+
+    #[test]
+    fn an_entry_has_the_names_of_its_arguments() {
+        let of = |word: &[u8]| parameters(Filter::NAMES, find(Filter::NAMES, word).expect("known"));
+        assert_eq!((of(b"abs"), of(b"indent"), of(b"map")), (&b""[..], &b"width first blank"[..], &b"*"[..]));
+        assert_eq!(parameters(OfList::NAMES, 200), b"");
+    }
 }

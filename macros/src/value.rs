@@ -33,8 +33,8 @@ pub enum Map {
 /// A value of the language in two words, so that it stays in registers: the second word is never 0, which is
 /// how a result without a value is told.
 ///
-/// Second word: below 0x1_0000 a tag with a kind above it; up to 0x1_ffff a whole number, whose highest 16 bits
-/// it has; above that a real number, whose upper word is less by 0x2_0000.
+/// Second word: below 0x1_0000 a tag; up to 0x1_ffff a whole number, whose highest 16 bits it has; above that
+/// a real number, whose upper word is less by 0x2_0000.
 #[derive(Clone, Copy, Debug)]
 pub struct Value {
     low: u32,
@@ -143,10 +143,12 @@ impl Value {
         [self.low, self.high.get()]
     }
 
+    /// What is not there, by its name.
     pub fn undefined(name: Text) -> Self {
         Self::new(tag::UNDEFINED, name.bits())
     }
 
+    /// A truth value.
     pub fn bool(is: bool) -> Self {
         Self::new(tag::BOOL, u32::from(is))
     }
@@ -171,35 +173,43 @@ impl Value {
         Self::new(tag::LONG, at as u32)
     }
 
+    /// A real number; those that are none are all the same.
     pub fn float(float: f64) -> Self {
         let bits = if float.is_nan() { f64::NAN.to_bits() & (u64::MAX >> 1) } else { float.to_bits() };
         Self::new((bits >> 32) as u32 + FLOAT, bits as u32)
     }
 
+    /// A text.
     pub fn str(text: Text) -> Self {
         Self::new(tag::STR, text.bits())
     }
 
+    /// A sequence, by its head in memory.
     pub fn seq(kind: Seq, head: u16) -> Self {
         Self::new(tag::SEQ + kind as u32, u32::from(head))
     }
 
+    /// A dict or namespace, by its head in memory.
     pub fn map(kind: Map, head: u16) -> Self {
         Self::new(tag::MAP + kind as u32, u32::from(head))
     }
 
+    /// A range, by its place in memory.
     pub fn range(at: usize) -> Self {
         Self::new(tag::RANGE, at as u32)
     }
 
+    /// An object of the machine's.
     pub fn object(object: Object) -> Self {
         Self::new(tag::OBJECT + object.kind as u32, object.id)
     }
 
+    /// A function, by its number.
     pub fn function(number: u8) -> Self {
         Self::new(tag::FUNCTION, u32::from(number))
     }
 
+    /// A loop, by its place on the stack.
     pub fn turns(place: usize) -> Self {
         Self::new(tag::LOOP, place as u32)
     }
@@ -272,10 +282,12 @@ impl Value {
         (high >= FLOAT).then(|| f64::from_bits(u64::from(high - FLOAT) << 32 | u64::from(self.low)))
     }
 
+    /// Whether the value is not there.
     pub fn is_undefined(self) -> bool {
         self.high.get() == tag::UNDEFINED
     }
 
+    /// Whether the value is `None`.
     pub fn is_none(self) -> bool {
         self.high.get() == tag::NONE
     }
@@ -311,5 +323,46 @@ impl Value {
         const NAMES: &str = "undefined;none;bool;str;range;function;function;loop;int;list;tuple;view;view;view;iterator;\
                              dict;namespace;object;dict;list;tuple;int;float;";
         crate::chars::nth(NAMES, b';', self.tag() as usize - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Value, types};
+    use crate::memory::Text;
+
+    #[test]
+    fn real_numbers_come_back_bit_by_bit() {
+        for float in [0.0, -0.0, 1.5, -1e308, f64::MIN_POSITIVE / 8.0, f64::INFINITY, f64::NEG_INFINITY] {
+            let value = Value::float(float);
+            assert_eq!(value.as_float().map(f64::to_bits), Some(float.to_bits()));
+            assert!(value.is(types::FLOAT) && value.as_short().is_none() && value.text().is_none());
+        }
+        assert!(Value::float(-f64::NAN).as_float().is_some_and(f64::is_nan));
+    }
+
+    #[test]
+    fn whole_numbers_of_48_bits_are_short() {
+        let most = (1 << 47) - 1;
+        for int in [0, 1, -1, 1 << 32, -(1 << 32), most, -most - 1] {
+            let value = Value::short(int).expect("short");
+            assert_eq!((value.as_short(), value.is(types::INT)), (Some(int), true));
+        }
+        assert!(Value::short(most + 1).is_none() && Value::short(-most - 2).is_none());
+        assert_eq!((Value::small(-7).as_short(), Value::count(70_000).as_short()), (Some(-7), Some(70_000)));
+    }
+
+    #[test]
+    fn a_value_is_of_one_type() {
+        let text = Text::new(5, 9);
+        assert_eq!((Value::str(text).text(), Value::str(text).kind()), (Some(text), "str"));
+        assert!(Value::NONE.is_none() && Value::MISSING.is_undefined() && !Value::bool(false).is(types::INT));
+        assert_eq!((Value::float(1.0).kind(), Value::small(1).kind(), Value::NONE.kind()), ("float", "int", "none"));
+    }
+
+    #[test]
+    fn a_result_takes_no_more_than_two_words() {
+        assert_eq!(size_of::<crate::fault::Result<Value>>(), 8);
+        assert_eq!(size_of::<Option<Value>>(), 8);
     }
 }

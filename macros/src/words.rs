@@ -119,3 +119,14 @@ impl Words {
         nth(TEXTS, b'\n', self as usize)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Words;
+
+    #[test]
+    fn a_number_has_its_words() {
+        assert_eq!(Words::Raised.text(), "raised by the macro");
+        assert!(Words::NotUtf8.text().contains("UTF-8") && Words::NoTarget.text().contains("stored"));
+    }
+}

@@ -1,4 +1,5 @@
-//! Lists, tuples, views, dicts and namespaces in memory: a head that stays, and elements that move when they grow.
+//! Lists, tuples, views, dicts and namespaces in memory: a head that stays, and elements that move when
+//! they grow.
 
 use super::{Memory, NOWHERE};
 use crate::value::{self, Value};

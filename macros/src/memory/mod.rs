@@ -41,8 +41,8 @@ pub struct Memory<'a> {
     pub words: Cell<Words>,
     /// Subject of the last fault.
     pub about: Cell<About>,
-    /// Whether something did not fit. What is appended then goes nowhere, and whoever carries out instructions
-    /// or reads tags stops before the next one.
+    /// Whether something did not fit. What is appended then goes nowhere, and whoever carries out
+    /// instructions or reads tags stops before the next one.
     pub is_full: bool,
 }
 
@@ -343,5 +343,49 @@ impl<'a> Memory<'a> {
         let [low, high] = value.words();
         self.set_long_word(at, low);
         self.set_long_word(at + 4, high);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Memory, Text};
+    use crate::value::{SIZE, Value};
+
+    #[test]
+    fn what_does_not_fit_goes_nowhere_and_is_noted() {
+        let mut bytes = [0; 20];
+        let mut memory = Memory::new(&mut bytes);
+        let head = memory.new_block(1, SIZE);
+        let at = memory.grow(head, SIZE);
+        memory.set_value(at, Value::small(7));
+        assert!(!memory.is_full);
+        let beyond = memory.grow(head, SIZE);
+        memory.set_value(beyond, Value::small(8));
+        assert!(memory.is_full);
+        assert_eq!((memory.count(head), memory.element(head, 0).as_short()), (1, Some(7)));
+        memory.push_chars('x', usize::MAX);
+        assert_eq!(memory.size(), 20);
+    }
+
+    #[test]
+    fn whole_numbers_of_any_length_are_kept() {
+        let mut bytes = [0; 64];
+        let mut memory = Memory::new(&mut bytes);
+        for int in [0, -5, 1 << 47, i64::MAX, i64::MIN] {
+            let value = memory.int(int);
+            assert_eq!(memory.whole(value), Some(int));
+        }
+        assert_eq!((memory.whole(Value::bool(true)), memory.whole(Value::NONE)), (Some(1), None));
+    }
+
+    #[test]
+    fn a_text_that_follows_is_not_copied() {
+        let mut bytes = [0; 64];
+        let mut memory = Memory::new(&mut bytes);
+        let (a, b) = (memory.copy_in("ab"), memory.copy_in("cd"));
+        let joined = memory.extend(a, b);
+        assert_eq!((memory.text(joined), memory.top), ("abcd", 4));
+        assert_eq!(memory.text(joined.part(1, 3)), "bc");
+        assert_eq!(memory.text(memory.trim(Text::new(0, 0))), "");
     }
 }

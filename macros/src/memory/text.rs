@@ -5,6 +5,7 @@
 pub struct Text(u32);
 
 impl Text {
+    /// The text at a place, of a length in bytes.
     pub fn new(at: usize, len: usize) -> Self {
         Self(at as u32 & 0xffff | (len as u32) << 16)
     }
@@ -14,6 +15,7 @@ impl Text {
         Self(bits)
     }
 
+    /// The word that the text is.
     pub fn bits(self) -> u32 {
         self.0
     }

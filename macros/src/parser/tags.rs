@@ -60,6 +60,7 @@ pub struct Tags {
 impl Tags {
     pub const NONE: Self = Self { list: [Open::TEMPLATE; MOST], count: 0 };
 
+    /// Opens a tag within the innermost one.
     #[inline(never)]
     pub fn push(&mut self, memory: &Memory<'_>, open: Open) -> Result<()> {
         let Some(place) = self.list.get_mut(self.count) else { return memory.fail(Words::TooManyTags) };
@@ -76,10 +77,12 @@ impl Tags {
         last
     }
 
+    /// The innermost tag, or the template itself.
     pub fn last(&self) -> Open {
         self.list.get(self.count.wrapping_sub(1)).copied().unwrap_or(Open::TEMPLATE)
     }
 
+    /// Whether a loop is open.
     pub fn has_loop(&self) -> bool {
         self.list.iter().take(self.count).any(|open| open.kind == Kind::For)
     }
