@@ -10,6 +10,7 @@ use crate::run::Run;
 use crate::value::{SIZE, Seq, Value, View};
 
 /// Result of a filter that takes another filter or a test.
+#[inline(never)]
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, arguments: Arguments) -> Result<Value> {
     let head = run.memory.new_block(0, SIZE);
     let length = if run.truth(value) { run.iterate(value)? } else { 0 };

@@ -71,6 +71,7 @@ fn absolute(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
     }
 }
 
+#[inline(never)]
 fn integer(run: &mut Run<'_, '_>, value: Value, default: Option<Value>, base: Option<Value>) -> Result<Value> {
     let default = default.unwrap_or(Value::small(0));
     let base = base.map_or(Ok(10), |base| whole(run, base))?;
@@ -117,6 +118,7 @@ fn float(run: &mut Run<'_, '_>, value: Value, default: Option<Value>) -> Result<
     }
 }
 
+#[inline(never)]
 fn round(run: &mut Run<'_, '_>, value: Value, precision: Option<Value>, method: Option<Value>) -> Result<Value> {
     let precision = precision.map_or(Ok(0), |precision| whole(run, precision))?.clamp(-400, 400) as i32;
     let method = method.map_or(&b"common"[..], |method| run.memory.bytes(method.text().unwrap_or_default()));
@@ -160,6 +162,7 @@ fn attribute(run: &mut Run<'_, '_>, value: Value, name: Option<Value>) -> Result
     if value.is(types::NAMESPACE | types::LOOP) { run.attribute(value, name) } else { Ok(Value::undefined(name)) }
 }
 
+#[inline(never)]
 fn format(run: &mut Run<'_, '_>, value: Value, arguments: Arguments) -> Result<Value> {
     let text: Text = run.text_of(value)?;
     let positions = arguments.positions(run);

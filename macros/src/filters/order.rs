@@ -21,6 +21,7 @@ struct Rule {
 }
 
 /// Result of a filter that compares.
+#[inline(never)]
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: &Bound) -> Result<Value> {
     let [first, second, third, _] = *bound;
     let mut truth = |value: Option<Value>| value.is_some_and(|value| run.truth(value));

@@ -9,6 +9,7 @@ use crate::run::{Run, numbers, wrong};
 use crate::value::{SIZE, Seq, Value, View, types};
 
 /// Result of a filter of lists and dicts.
+#[inline(never)]
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, bound: [Option<Value>; 3]) -> Result<Value> {
     let [first, second, _] = bound;
     match filter {

@@ -50,6 +50,7 @@ impl<'s> Reader<'s> {
     }
 
     /// A byte that is still to come; 0 behind the end.
+    #[inline(never)]
     pub fn peek(&self, index: usize) -> u8 {
         if index < self.count { self.ahead.get(index).copied().unwrap_or(0) } else { 0 }
     }

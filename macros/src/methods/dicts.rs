@@ -8,6 +8,7 @@ use crate::run::{Run, order, wrong};
 use crate::value::{Map, SIZE, Seq, Value};
 
 /// Result of a method of a dict.
+#[inline(never)]
 pub fn call(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
     match method {
@@ -55,6 +56,7 @@ fn copy(run: &mut Run<'_, '_>, dict: Value) -> Result<Value> {
 }
 
 /// Methods that change the dict.
+#[inline(never)]
 fn change(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
     let Some(head) = dict.head() else { return Err(fixed(run)) };

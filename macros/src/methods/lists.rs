@@ -8,6 +8,7 @@ use crate::run::{Run, order};
 use crate::value::{DEEPEST, SIZE, Seq, Value, View};
 
 /// Result of a method of a list or tuple.
+#[inline(never)]
 pub fn call(run: &mut Run<'_, '_>, list: Value, method: OfList, bound: &Bound) -> Result<Value> {
     let [first, second, ..] = *bound;
     match method {

@@ -12,6 +12,7 @@ use crate::run::{Run, undefined, wrong};
 use crate::value::{Value, View, types};
 
 /// Result of a method.
+#[inline(never)]
 pub fn call(run: &mut Run<'_, '_>, value: Value, name: Text, arguments: Arguments) -> Result<Value> {
     match value.view() {
         View::Undefined(missing) => return Err(undefined(&run.memory, missing)),

@@ -10,6 +10,7 @@ use crate::run::{Run, wrong};
 use crate::value::{Seq, Value, View};
 
 /// Result of a method of a string.
+#[inline(never)]
 pub fn call(run: &mut Run<'_, '_>, text: Text, method: OfString, bound: &Bound) -> Result<Value> {
     let [first, second, third, _] = *bound;
     match method {

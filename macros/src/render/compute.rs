@@ -31,6 +31,7 @@ pub fn compare(run: &mut Run<'_, '_>, op: Op, a: Value, b: Value) -> Result<bool
 
 impl Machine<'_, '_> {
     /// Carries out an instruction that makes one value of the last ones.
+    #[inline(never)]
     pub fn compute(&mut self, op: Op) -> Result<()> {
         let name = if op == Op::Attribute { Some(self.string()) } else { None };
         let last = self.run.memory.pop();

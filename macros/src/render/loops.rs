@@ -10,6 +10,7 @@ use crate::value::{Map, Value, View};
 
 impl Machine<'_, '_> {
     /// Instructions that take values away.
+    #[inline(never)]
     pub fn store(&mut self, op: Op) -> Result<()> {
         match op {
             Op::Drop => drop(self.run.memory.pop()),
@@ -90,6 +91,7 @@ impl Machine<'_, '_> {
     }
 
     /// Blocks with variables of their own.
+    #[inline(never)]
     pub fn frames(&mut self, op: Op) -> Result<()> {
         match op {
             Op::FrameBegin | Op::CaptureBegin => {
@@ -120,6 +122,7 @@ impl Machine<'_, '_> {
     }
 
     /// Instructions that begin, go on with and end loops.
+    #[inline(never)]
     pub fn turn(&mut self, op: Op) -> Result<()> {
         match op {
             Op::ForBegin => self.begin(),

@@ -225,6 +225,7 @@ impl Machine<'_, '_> {
     }
 
     /// A list, tuple or dict of the last values.
+    #[inline(never)]
     fn container(&mut self, op: Op) -> Result<()> {
         let count = usize::from(self.word());
         let places = if op == Op::Dict { 2 * count } else { count };
@@ -250,6 +251,7 @@ impl Machine<'_, '_> {
         Ok(())
     }
 
+    #[inline(never)]
     fn jump(&mut self, op: Op) -> Result<()> {
         let is_taken = match op {
             Op::Jump => true,
@@ -277,6 +279,7 @@ impl Machine<'_, '_> {
         Ok(())
     }
 
+    #[inline(never)]
     fn call(&mut self, op: Op) -> Result<()> {
         if op == Op::Unknown {
             let name = self.string();
