@@ -29,7 +29,8 @@ pub fn call(run: &mut Run<'_, '_>, dict: Value, method: OfDict, bound: &Bound) -
 
 fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value>> {
     if let Some(object) = dict.as_object() {
-        return key.text().map_or(Ok(None), |name| run.kept_member(object, name));
+        let Some(name) = key.text() else { return Ok(None) };
+        return run.kept_member(object, name).map(|member| (!member.is_undefined()).then_some(member));
     }
     let Some(head) = dict.head() else { return Ok(None) };
     if !order::is_hashable(run, key) {

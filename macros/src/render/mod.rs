@@ -202,7 +202,8 @@ impl Machine<'_, '_> {
         }
         let function = names::find(Function::NAMES, memory.bytes(name));
         let is_own = function.is_some_and(|number| number <= Function::CallRemoteMethod as u8);
-        if !is_own && let Some(value) = self.given(name)? {
+        let value = if is_own { Value::MISSING } else { self.given(name)? };
+        if !value.is_undefined() {
             return Ok(value);
         }
         Ok(function.map_or(Value::undefined(name), Value::function))
@@ -210,18 +211,18 @@ impl Machine<'_, '_> {
 
     /// A variable of the machine's. Lists and dicts are made once, so that what a template changes in them
     /// stays changed.
-    fn given(&mut self, name: Text) -> Result<Option<Value>> {
+    fn given(&mut self, name: Text) -> Result<Value> {
         if let Some(value) = self.run.given_before(VARIABLES, name) {
-            return Ok(Some(value));
+            return Ok(value);
         }
         let given = self.run.machine.variable(self.run.memory.text(name));
-        let Some(given) = given else { return Ok(None) };
+        let Some(given) = given else { return Ok(Value::MISSING) };
         let value = Run::take(&mut self.run.memory, given)?;
         let value = self.run.settle(value, DEEPEST)?;
-        if matches!(value.view(), View::Seq(..) | View::Map(..)) {
+        if value.head().is_some() {
             self.run.note_given(VARIABLES, name, value);
         }
-        Ok(Some(value))
+        Ok(value)
     }
 
     /// A list, tuple or dict of the last values.

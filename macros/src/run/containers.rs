@@ -87,7 +87,7 @@ impl Run<'_, '_> {
                 let key = self.part(object, index)?;
                 let Some(name) = key.text() else { return Ok((key, Value::NONE)) };
                 let value = self.member(object, name)?;
-                Ok((key, value.unwrap_or(Value::NONE)))
+                Ok((key, if value.is_undefined() { Value::NONE } else { value }))
             }
             _ => Ok((Value::NONE, Value::NONE)),
         }

@@ -101,10 +101,7 @@ impl Run<'_, '_> {
             View::Loop(place) => self.loop_attribute(place, name),
             View::Map(Map::Namespace, head) => self.get(head, Value::str(name), name),
             _ if names::method(value, self.memory.bytes(name)).is_some() => Ok(Value::METHOD),
-            View::Object(object) => {
-                let member = self.kept_member(object, name)?;
-                Ok(member.unwrap_or(Value::undefined(name)))
-            }
+            View::Object(object) => self.kept_member(object, name),
             View::Map(Map::Dict, head) => self.get(head, Value::str(name), name),
             _ => Ok(Value::undefined(name)),
         }
@@ -131,9 +128,11 @@ impl Run<'_, '_> {
         };
         if value.is(types::LOOKUP | types::DICT)
             && let Some(object) = value.as_object()
-            && let Some(found) = self.kept_member(object, name)?
         {
-            return Ok(found);
+            let found = self.kept_member(object, name)?;
+            if !found.is_undefined() {
+                return Ok(found);
+            }
         }
         self.attribute(value, name)
     }

@@ -41,26 +41,25 @@ impl Run<'_, '_> {
         })
     }
 
-    /// Member of an object of the machine's.
-    pub fn member(&mut self, object: Object, name: Text) -> Result<Option<Value>> {
+    /// Member of an object of the machine's; undefined where there is none.
+    pub fn member(&mut self, object: Object, name: Text) -> Result<Value> {
         if let Some(value) = self.given_before(object.id, name) {
-            return Ok(Some(value));
+            return Ok(value);
         }
         // Klipper's printer takes names with blanks around them.
-        let name = if object.kind == Kind::Lookup { self.memory.trim(name) } else { name };
-        let given = self.machine.member(object, self.memory.text(name));
-        given.map(|given| Self::take(&mut self.memory, given)).transpose()
+        let known = if object.kind == Kind::Lookup { self.memory.trim(name) } else { name };
+        match self.machine.member(object, self.memory.text(known)) {
+            Some(given) => Self::take(&mut self.memory, given),
+            None => Ok(Value::undefined(name)),
+        }
     }
 
     /// Member of an object of the machine's. A container that is made of a literal stays for the rest of the
     /// rendering, with what the template changes in it.
-    pub fn kept_member(&mut self, object: Object, name: Text) -> Result<Option<Value>> {
+    pub fn kept_member(&mut self, object: Object, name: Text) -> Result<Value> {
         let member = self.member(object, name)?;
-        if let Some(value) = member
-            && value.head().is_some()
-            && self.given_before(object.id, name).is_none()
-        {
-            self.note_given(object.id, name, value);
+        if member.head().is_some() && self.given_before(object.id, name).is_none() {
+            self.note_given(object.id, name, member);
         }
         Ok(member)
     }

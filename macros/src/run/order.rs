@@ -155,7 +155,7 @@ pub fn contains(run: &mut Run<'_, '_>, value: Value, holder: Value) -> Result<bo
             Ok(run.find(head, value)?.is_some())
         }
         View::Object(object) if matches!(object.kind, Kind::Lookup | Kind::Dict) => match value.view() {
-            View::Str(name) => Ok(run.member(object, name)?.is_some()),
+            View::Str(name) => Ok(!run.member(object, name)?.is_undefined()),
             _ if object.kind == Kind::Dict && !is_hashable(run, value) => {
                 Err(wrong(&run.memory, Words::NotHashable, value))
             }
