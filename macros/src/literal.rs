@@ -27,7 +27,7 @@ impl Reader<'_> {
 
     /// Values up to an end; one alone stays as it is, if it is no list.
     fn values(&mut self, memory: &mut Memory<'_>, end: Token, kind: Seq, depth: u8) -> Result<Value> {
-        let head = memory.new_block(0, SIZE);
+        let head = memory.new_list();
         let mut is_one = false;
         while self.token != end {
             let value = self.value(memory, depth)?;

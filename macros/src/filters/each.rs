@@ -7,12 +7,12 @@ use crate::fault::{Fault, Result, Words};
 use crate::memory::Text;
 use crate::names::{self, Filter, Test};
 use crate::run::Run;
-use crate::value::{SIZE, Seq, Value, View};
+use crate::value::{Seq, Value, View};
 
 /// Result of a filter that takes another filter or a test.
 #[inline(never)]
 pub fn apply(run: &mut Run<'_, '_>, filter: Filter, value: Value, arguments: Arguments) -> Result<Value> {
-    let head = run.memory.new_block(0, SIZE);
+    let head = run.memory.new_list();
     let length = if run.truth(value) { run.iterate(value)? } else { 0 };
     let is_map = filter == Filter::Map;
     for index in 0..length {

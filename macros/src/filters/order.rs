@@ -64,7 +64,7 @@ impl Rule {
 
     /// A tuple of what several paths lead to.
     fn keys(self, run: &mut Run<'_, '_>, element: Value, paths: Text) -> Result<Value> {
-        let head = run.memory.new_block(0, SIZE);
+        let head = run.memory.new_list();
         let mut rest = paths;
         loop {
             let end = crate::chars::place_of(run.memory.text(rest), b',').unwrap_or(rest.len());
@@ -147,7 +147,7 @@ fn sort_dict(run: &mut Run<'_, '_>, value: Value, rule: Rule, by: Option<Value>,
 }
 
 fn unique(run: &mut Run<'_, '_>, value: Value, rule: Rule) -> Result<Value> {
-    let (head, seen) = (run.memory.new_block(0, SIZE), run.memory.new_block(0, SIZE));
+    let (head, seen) = (run.memory.new_list(), run.memory.new_block(0, SIZE));
     for index in 0..run.iterate(value)? {
         let element = run.element(value, index)?;
         let key = rule.key(run, element)?;

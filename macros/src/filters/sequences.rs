@@ -6,7 +6,7 @@ use crate::fault::{Result, Words};
 use crate::memory::Text;
 use crate::names::Filter;
 use crate::run::{Run, numbers, wrong};
-use crate::value::{SIZE, Seq, Value, View, types};
+use crate::value::{Seq, Value, View, types};
 
 /// Result of a filter of lists and dicts.
 #[inline(never)]
@@ -51,7 +51,7 @@ fn end(run: &mut Run<'_, '_>, value: Value, is_last: bool) -> Result<Value> {
 
 /// The attribute of each element.
 fn attributes(run: &mut Run<'_, '_>, values: Value, path: Value) -> Result<Value> {
-    let head = run.memory.new_block(0, SIZE);
+    let head = run.memory.new_list();
     for index in 0..run.iterate(values)? {
         let element = run.element(values, index)?;
         let found = path_of(run, element, path)?;
@@ -124,7 +124,7 @@ fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
         }
         return Ok(Value::str(run.memory.text_since(from)));
     }
-    let head = run.memory.new_block(0, SIZE);
+    let head = run.memory.new_list();
     for index in (0..length).rev() {
         let element = run.element(value, index)?;
         run.append(head, element);
@@ -136,7 +136,7 @@ fn reverse(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 
 /// Pairs of key and value of a dict.
 pub fn pairs(run: &mut Run<'_, '_>, value: Value) -> Result<u16> {
-    let head = run.memory.new_block(0, SIZE);
+    let head = run.memory.new_list();
     for index in 0..run.length(value).unwrap_or(0) {
         let (key, part) = run.entry(value, index)?;
         let pair = run.seq(Seq::Tuple, &[key, part]);
@@ -154,11 +154,11 @@ fn items(run: &mut Run<'_, '_>, value: Value) -> Result<Value> {
 
 fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
     let fill = fill.filter(|fill| !fill.is_none());
-    let all = run.memory.new_block(0, SIZE);
+    let all = run.memory.new_list();
     let length = run.iterate(value)?;
     let mut index = 0;
     while index < length {
-        let head = run.memory.new_block(0, SIZE);
+        let head = run.memory.new_list();
         loop {
             let element = run.element(value, index)?;
             run.append(head, element);
@@ -182,7 +182,7 @@ fn batch(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -
 fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) -> Result<Value> {
     let fill = fill.filter(|fill| !fill.is_none());
     let length = run.iterate(value)? as i64;
-    let all = run.memory.new_block(0, SIZE);
+    let all = run.memory.new_list();
     let Some((each, extra)) = numbers::divided(length, count) else {
         return run.memory.fail(Words::ZeroStep);
     };
@@ -191,7 +191,7 @@ fn slices(run: &mut Run<'_, '_>, value: Value, count: i64, fill: Option<Value>) 
         if run.memory.is_full {
             break;
         }
-        let head = run.memory.new_block(0, SIZE);
+        let head = run.memory.new_list();
         for _ in 0..each + i64::from(slice < extra) {
             let element = run.element(value, index)?;
             run.append(head, element);

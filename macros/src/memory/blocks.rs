@@ -25,6 +25,12 @@ impl Memory<'_> {
         head
     }
 
+    /// Makes an empty list, tuple or view.
+    #[inline(never)]
+    pub fn new_list(&mut self) -> u16 {
+        self.new_block(0, value::SIZE)
+    }
+
     /// The block with its head at a place.
     #[inline(never)]
     pub fn block(&self, head: u16) -> Block {

@@ -40,7 +40,7 @@ fn member(run: &mut Run<'_, '_>, dict: Value, key: Value) -> Result<Option<Value
 }
 
 fn parts(run: &mut Run<'_, '_>, dict: Value, kind: Seq) -> Result<Value> {
-    let head = run.memory.new_block(0, SIZE);
+    let head = run.memory.new_list();
     for index in 0..run.length(dict).unwrap_or(0) {
         let (key, value) = run.entry(dict, index)?;
         run.append(head, if kind == Seq::Keys { key } else { value });

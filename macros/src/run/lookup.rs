@@ -191,7 +191,7 @@ impl Run<'_, '_> {
             return Ok(Value::str(self.memory.text_since(start)));
         }
         let kind = if value.is(types::TUPLE) { Seq::Tuple } else { Seq::List };
-        let head = self.memory.new_block(0, SIZE);
+        let head = self.memory.new_list();
         let mut index = from;
         while is_on(index) {
             let element = self.element(value, index as usize)?;

@@ -108,6 +108,7 @@ impl Run<'_, '_> {
     }
 
     /// Appends a value to a list, tuple or view.
+    #[inline(never)]
     pub fn append(&mut self, head: u16, value: Value) {
         let at = self.memory.grow(head, crate::value::SIZE);
         self.memory.set_value(at, value);
@@ -119,6 +120,7 @@ impl Run<'_, '_> {
     }
 
     /// Keeps what is in memory: something that stays refers to it.
+    #[inline(never)]
     pub fn keep(&mut self) {
         self.memory.keep = self.memory.top;
         self.memory.floor = self.memory.top;

@@ -167,7 +167,7 @@ fn repeat(run: &mut Run<'_, '_>, a: Value, b: Value) -> Result<Value> {
         return Ok(Value::str(run.memory.text_since(from)));
     }
     let Some(kind) = sequence_kind(value) else { return Err(wrong(&run.memory, Words::WantsNumber, value)) };
-    let head = run.memory.new_block(0, crate::value::SIZE);
+    let head = run.memory.new_list();
     let length = run.iterate(value)?;
     let mut left = if length == 0 { 0 } else { count };
     while left > 0 && !run.memory.is_full {

@@ -4,7 +4,7 @@ use super::Run;
 use crate::chars::{self, Case, Sides};
 use crate::fault::{Result, Words};
 use crate::memory::Text;
-use crate::value::{SIZE, Seq, Value, View};
+use crate::value::{Seq, Value, View};
 
 impl Run<'_, '_> {
     /// Two strings as one. A string at the end of memory is not copied.
@@ -79,7 +79,7 @@ impl Run<'_, '_> {
         if separator.len() == 0 {
             return self.memory.fail(Words::EmptySeparator);
         }
-        let head = self.memory.new_block(0, SIZE);
+        let head = self.memory.new_list();
         let mut left = if most < 0 { i64::MAX } else { most };
         let mut at = 0;
         while left > 0
@@ -94,7 +94,7 @@ impl Run<'_, '_> {
     }
 
     fn split_blanks(&mut self, text: Text, most: i64) -> Value {
-        let head = self.memory.new_block(0, SIZE);
+        let head = self.memory.new_list();
         let mut left = if most < 0 { i64::MAX } else { most };
         let mut rest = self.strip(text, None, Sides::Left);
         while rest.len() > 0 {
@@ -114,7 +114,7 @@ impl Run<'_, '_> {
 
     /// Lines of a string.
     pub fn split_lines(&mut self, text: Text) -> Value {
-        let head = self.memory.new_block(0, SIZE);
+        let head = self.memory.new_list();
         let mut rest = text;
         while rest.len() > 0 {
             let mut end = 0;
