@@ -122,6 +122,30 @@ fn what_does_not_fit_is_refused_with_the_size_and_never_cut() {
 }
 
 #[test]
+fn too_little_memory_is_named_at_any_size() {
+    for template in [
+        "{% for a, (b, c) in [(1, (2, 3))] %}{a}{% set (d, e), f = (1, 2), 3 %}{d}{% else %}-{% endfor %}",
+        "{% set t | upper | replace('A', 'b') %}a{% if 1 < 2 < 3 %}{2 ** 62}{% elif 0 %}x{% endif %}{% endset %}{t}",
+        "{ {'a': [1, 2.5, 'x'], 'b': (1,)} }{['b', 'a']|sort|join('-')}{'%5.1f|%s' % (2, 'a')}{'a b'.split()|list}",
+        "{[1, 2, 3]|batch(2, 0)|list}{'x'|center(9)}{range(5)|map('string')|list}{dict(a=1, **{'b': 2})|pprint}",
+    ] {
+        let mut needed = None;
+        for size in 0..2500 {
+            let (mut memory, mut output) = (vec![0; size], [0; 512]);
+            let program = compile(&mut template.bytes(), &mut memory);
+            match program.and_then(|program| program.render(&mut memory, &mut output, &mut Nothing)) {
+                Ok(length) => assert_eq!(*needed.get_or_insert(length), length, "{template} {size}"),
+                Err(error) => {
+                    assert!(needed.is_none(), "{template} {size} bytes do and then do not");
+                    assert!(error.words.contains("memory"), "{template} {size}: {error}");
+                }
+            }
+        }
+        assert!(needed.is_some(), "{template}");
+    }
+}
+
+#[test]
 fn a_loop_makes_no_garbage_that_stays() {
     let template = "{% set n = namespace(s=0) %}{% for i in range(5000) %}{% set t = 'abc' ~ i %}{% set n.s = n.s + t|length %}\
                     {% endfor %}{n.s}";

@@ -44,8 +44,9 @@ impl Parser<'_, '_, '_> {
                 break;
             }
             if count == 1 {
+                let length = self.memory.top - start;
                 self.emit_word(Op::Unpack, 0);
-                self.memory.rotate(start, self.memory.top, self.memory.top - 3 - start);
+                self.memory.rotate(start, self.memory.top, length);
                 is_tuple = true;
             }
         }
