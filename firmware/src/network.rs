@@ -34,8 +34,7 @@ use crate::page::{Page, Served};
 const LOOK_EVERY: Micros = Micros::from_millis(10);
 /// The same while the link is being made: each look moves the transceiver's registers on.
 const LOOK_OFTEN: Micros = Micros::from_millis(1);
-/// The same while frames are left that a look had no time for: they bring no event of their own. In a flood
-/// the next look would else follow at once, for ever.
+/// The same while frames are left, which bring no event: a flood would else be looked at without end.
 const LOOK_AT_LEFT: Micros = Micros(250);
 /// Room of an inbox, bytes, below which its visitor's bytes may have to wait.
 const SCARCE_ROOM: usize = 512;
@@ -372,16 +371,12 @@ impl Joined {
         self.stack.poll(now.0, link.is_some(), &mut self.ethernet, &mut peers);
         self.page.serve(&mut self.stack, &mut self.random);
         let is_busy = self.page.run(card);
-        let rest = match link {
-            Some(_) if self.ethernet.has_work() => LOOK_AT_LEFT,
-            Some(_) => LOOK_EVERY,
-            None => LOOK_OFTEN,
-        };
+        let has_left = self.ethernet.has_work();
+        let rest = if has_left { LOOK_AT_LEFT } else { link.map_or(LOOK_OFTEN, |_| LOOK_EVERY) };
         let next = self.stack.next_in();
-        let has_more = next == 0;
         // Work on files goes on whenever the executor rests.
-        self.due = if is_busy || has_more { now } else { now.plus(rest.min(Micros(next))) };
-        has_more
+        self.due = if is_busy { now } else { now.plus(rest.min(Micros(next))) };
+        next == 0
     }
 
     fn report(&self) -> NetworkReport {

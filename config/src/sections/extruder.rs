@@ -58,8 +58,8 @@ settings! {
         /// it always does. M302 changes it.
         min_extrude_temp: Celsius = number("0", &(0.0, 500.0))
             .unit("C").klipper("[extruder] min_extrude_temp").velvet();
-        /// Longest filament that a line without X, Y and Z feeds or draws back; a longer one is refused, and a
-        /// file waits there; 0: any.
+        /// Longest filament that a line without X, Y and Z feeds or draws back; a longer one is refused, and
+        /// a file waits there; 0: any.
         max_extrude_only_distance: f64 = number("0", NOT_NEGATIVE)
             .unit("mm").klipper("[extruder] max_extrude_only_distance").velvet();
         /// Filament pushed ahead for each mm/s of its speed, on moves that extrude while X or Y move; 0 for
