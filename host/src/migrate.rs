@@ -1,31 +1,33 @@
-//! `velvet migrate`: a Smoothieware v1 `config` becomes a `config.ini`, with a list of what a person has to
-//! do.
+//! `velvet migrate`: a Smoothieware v1 `config` or Klipper's `printer.cfg` becomes a `config.ini`, with a list
+//! of what a person has to do.
 
 mod board;
 mod convert;
+mod ini;
+mod klipper;
 mod old;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use config::schema::{Form, SECTIONS};
 use config::{BoardId, Diagnostic, Summary};
 
 use board::Board;
-use convert::{Conversion, Entry, ToDo};
+use convert::{Conversion, ToDo};
 
-/// Column of comments behind settings that are shorter.
-const COMMENT_COLUMN: usize = 44;
+/// First line of a file that was a v1 config.
+const HEAD: &str = "Migrated from a Smoothieware v1 config by velvet migrate.";
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// The v1 file, usually called config
+    /// Smoothieware's v1 file, usually called config, or Klipper's printer.cfg
     file: PathBuf,
-    /// Where to write the new file [default: standard output]
+    /// Where to write: of a v1 config the new file [default: standard output], of a printer.cfg the folder for
+    /// config.ini, report.html, report.json and the printer.cfg with what it includes
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Which new pin takes the place of which old one, `2.5 = PE3` a line [default: the Smoothieboard v1's]
+    /// v1: which new pin takes the place of which old one, `2.5 = PE3` a line [default: the Smoothieboard v1's]
     #[arg(long, value_name = "FILE")]
     board: Option<PathBuf>,
 }
@@ -33,6 +35,9 @@ pub struct Options {
 /// Writes the new file and prints the work that is left; returns whether the machine could start with the
 /// file.
 pub fn migrate(options: &Options) -> Result<bool> {
+    if klipper::is_klipper(&options.file)? {
+        return klipper::migrate(&options.file, options.out.as_deref());
+    }
     let read = |path: &Path| std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
     let text = String::from_utf8_lossy(&read(&options.file)?).into_owned();
     let board = match &options.board {
@@ -65,7 +70,8 @@ impl Migration {
         let lines = old::read(old);
         let mut conversion = Conversion::new(&lines, board);
         conversion.run();
-        let text = write(&conversion.entries, &conversion.to_do);
+        let to_do: Vec<String> = conversion.to_do.iter().map(told).collect();
+        let text = ini::write(HEAD, &to_do, &conversion.entries);
         let mut findings: Vec<Diagnostic> = Vec::new();
         let (_, summary) = config::parse(text.as_bytes(), BoardId::default(), &mut findings);
         Self { text, to_do: conversion.to_do, findings, summary }
@@ -82,50 +88,6 @@ impl Migration {
 
 fn told(to_do: &ToDo) -> String {
     to_do.line.map_or_else(|| to_do.text.clone(), |line| format!("{} (v1 line {line})", to_do.text))
-}
-
-fn write(entries: &[Entry], to_do: &[ToDo]) -> String {
-    let mut out = String::from("# Migrated from a Smoothieware v1 config by velvet migrate.\n");
-    if !to_do.is_empty() {
-        out += "#\n# To do before the first start:\n";
-    }
-    for item in to_do {
-        let _ = writeln!(out, "# [ ] {}", told(item));
-    }
-    for section in SECTIONS {
-        let of_section: Vec<&Entry> = entries.iter().filter(|entry| entry.section == section.name).collect();
-        if of_section.is_empty() {
-            continue;
-        }
-        let _ = writeln!(out, "\n[{}]", section.name);
-        let mut instances: Vec<&str> = Vec::new();
-        for entry in &of_section {
-            if !instances.contains(&entry.instance.as_str()) {
-                instances.push(&entry.instance);
-            }
-        }
-        for (index, instance) in instances.iter().enumerate() {
-            let mut lines: Vec<&&Entry> = of_section.iter().filter(|entry| entry.instance == *instance).collect();
-            // The order is that of the reference, not that in which settings were found.
-            lines.sort_by_key(|entry| section.settings.iter().position(|row| row.key == entry.key));
-            if index > 0 && lines.len() > 1 {
-                out.push('\n');
-            }
-            for entry in lines {
-                let name = match section.form {
-                    Form::Plain => entry.key.clone(),
-                    Form::Keyed(_) => (*instance).to_owned(),
-                    Form::Named(_) => format!("{instance}.{}", entry.key),
-                };
-                let setting = format!("{name} = {}", entry.value);
-                let _ = match entry.comment.is_empty() {
-                    true => writeln!(out, "{setting}"),
-                    false => writeln!(out, "{setting:<COMMENT_COLUMN$} # {}", entry.comment),
-                };
-            }
-        }
-    }
-    out
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 /// Scripts and styles, by their names in the templates.
-const ASSETS: [(&str, &str); 12] = [
+const ASSETS: [(&str, &str); 13] = [
     ("uplot.css", include_str!("../assets/vendor/uPlot.min.css")),
     ("uplot.js", include_str!("../assets/vendor/uPlot.iife.min.js")),
     ("three.js", include_str!("../assets/vendor/three.min.js")),
@@ -16,6 +16,7 @@ const ASSETS: [(&str, &str); 12] = [
     ("heat.js", include_str!("../assets/heat.js")),
     ("bed.js", include_str!("../assets/bed.js")),
     ("preflight.js", include_str!("../assets/preflight.js")),
+    ("migrate.js", include_str!("../assets/migrate.js")),
     ("raster.js", include_str!("../assets/raster.js")),
 ];
 

@@ -3,17 +3,8 @@
 use config::schema::{self, Kind, Section, Setting, Support};
 
 use super::board::{Board, Mapped};
+use super::ini::Entry;
 use super::old::Line;
-
-/// Line of the new file.
-#[derive(Debug)]
-pub struct Entry {
-    pub section: &'static str,
-    pub instance: String,
-    pub key: String,
-    pub value: String,
-    pub comment: String,
-}
 
 /// Task for a person, and the line of the old file that causes it.
 #[derive(Debug)]
@@ -101,7 +92,7 @@ impl<'a> Conversion<'a> {
     fn add(&mut self, section: &'static str, instance: &str, key: &str, value: &str, comment: String) {
         let (instance, key, value) = (instance.to_owned(), key.to_owned(), value.to_owned());
         self.entries.retain(|e| (e.section, &e.instance, &e.key) != (section, &instance, &key));
-        self.entries.push(Entry { section, instance, key, value, comment });
+        self.entries.push(Entry { section, instance, key, value, comment, above: Vec::new() });
     }
 
     fn convert(&mut self, line: &Line) {

@@ -1,0 +1,214 @@
+//! Switches of axes, sensorless homing, and homing by the probe.
+
+use super::super::account::Verdict;
+use super::super::migration::{Migration, text};
+use super::super::pins::Pin;
+use super::super::source::{numbers, truth};
+use super::super::wiring::Role;
+use super::machine::kinematics;
+
+/// Connectors: axis, towards the least position, towards the greatest.
+const CONNECTORS: [(&str, [(&str, &str); 2]); 3] = [
+    ("X", [("PD0", "connector X min"), ("PI3", "connector X max")]),
+    ("Y", [("PI1", "connector Y min"), ("PA9", "connector Y max")]),
+    ("Z", [("PI0", "connector Z min"), ("PH15", "connector Z max")]),
+];
+/// Outputs of the on-board drivers that tell a stall.
+const STALLS: [(&str, &str); 3] = [("alpha", "PK4"), ("beta", "PK5"), ("gamma", "PJ15")];
+
+/// Returns the axis that a section's switch homes.
+fn axis_of(m: &Migration<'_>, section: usize, motor: &str) -> &'static str {
+    match m.section(section).name.as_str() {
+        "stepper_x" => "X",
+        "stepper_y" => "Y",
+        "stepper_z" => "Z",
+        _ => match motor {
+            "alpha" => "X",
+            "beta" => "Y",
+            _ => "Z",
+        },
+    }
+}
+
+fn is_delta(m: &Migration<'_>) -> bool {
+    matches!(kinematics(m).as_deref(), Some("delta" | "rotary_delta"))
+}
+
+/// Returns whether an axis homes towards its greatest position, as Klipper works it out.
+fn homes_to_max(m: &Migration<'_>, section: usize) -> bool {
+    let of = m.section(section);
+    if let Some(is_positive) = of.get("homing_positive_dir").and_then(truth) {
+        return is_positive;
+    }
+    if is_delta(m) {
+        return true;
+    }
+    let (low, high) = (of.number("position_min").unwrap_or(0.0), of.number("position_max").unwrap_or(0.0));
+    let stop = of.number("position_endstop").unwrap_or(low);
+    stop > low + (high - low) / 4.0
+}
+
+/// Converts the switch and the travel of an axis.
+pub fn of_axis(m: &mut Migration<'_>, section: usize, motor: &'static str) {
+    let axis = axis_of(m, section, motor);
+    travel(m, section, axis);
+    let Some(pin) = m.pin(section, "endstop_pin") else { return };
+    let to_max = homes_to_max(m, section);
+    let name = format!("{}{}", if to_max { "max" } else { "min" }, axis.to_lowercase());
+    if pin.is_virtual() && (pin.mcu == "probe" || pin.mcu.starts_with("bltouch")) {
+        return by_probe(m, section);
+    }
+    if pin.is_virtual() {
+        if !by_stall(m, section, motor, &name) {
+            return;
+        }
+    } else {
+        switch(m, section, axis, &pin, &name, to_max);
+    }
+    m.write(("endstops", &name, "enable"), "true", "");
+    m.write(("endstops", &name, "axis"), axis, format!("of [{}]", m.section(section).name));
+    homing(m, section, &name, to_max);
+}
+
+fn switch(m: &mut Migration<'_>, section: usize, axis: &str, pin: &Pin, name: &str, to_max: bool) {
+    let found = CONNECTORS.iter().find(|(letter, _)| *letter == axis);
+    let Some((_, ends)) = found else { return };
+    let (connector, label) = ends[usize::from(to_max)];
+    let who = m.section(section).name.clone();
+    let old = m.section(section).get("endstop_pin").unwrap_or("").to_owned();
+    // Inputs of the board are held up whatever the old board did.
+    let written = format!("{connector}^{}", if pin.is_inverted { "!" } else { "" });
+    m.put(section, "endstop_pin", ("endstops", name, "pin"), written);
+    m.wiring.reserve(connector);
+    let remark = if pin.is_pulled_down { "the board pulls the input up: the sensor has to pull it down" } else { "" };
+    m.wiring.note(format!("switch of [{who}]"), &old, connector, label, remark);
+}
+
+/// Writes how an axis homes on its switch.
+fn homing(m: &mut Migration<'_>, section: usize, name: &str, to_max: bool) {
+    let direction = if to_max { "home_to_max" } else { "home_to_min" };
+    m.put(section, "homing_positive_dir", ("endstops", name, "homing_direction"), direction);
+    if let Some(position) = m.number(section, "position_endstop") {
+        m.put(section, "position_endstop", ("endstops", name, "homing_position"), text(position));
+        let of = m.section(section);
+        let low = of.number("position_min").unwrap_or(0.0);
+        let way = match (of.number("position_max"), to_max) {
+            (_, true) => position - low,
+            (Some(high), false) => high - position,
+            (None, false) => 0.0,
+        };
+        if way > 0.0 {
+            let comment = "mm; half as much again as the travel, as Klipper does";
+            m.write(("endstops", name, "max_travel"), text(way * 1.5), comment);
+        }
+    }
+    let fast = m.number(section, "homing_speed").unwrap_or(5.0);
+    m.put(section, "homing_speed", ("endstops", name, "fast_rate"), text(fast));
+    let slow = m.number(section, "second_homing_speed").unwrap_or(fast / 2.0);
+    m.put(section, "second_homing_speed", ("endstops", name, "slow_rate"), text(slow));
+    let retract = m.number(section, "homing_retract_dist").unwrap_or(5.0);
+    m.put(section, "homing_retract_dist", ("endstops", name, "retract"), text(retract));
+    m.refuse(section, "homing_retract_speed", "Velvet backs off at slow_rate", "[endstops] slow_rate");
+}
+
+/// Writes the ends of an axis' travel; where the file has none, what Klipper takes.
+fn travel(m: &mut Migration<'_>, section: usize, axis: &str) {
+    if is_delta(m) || kinematics(m).as_deref() == Some("winch") {
+        return;
+    }
+    let keys = [("position_min", "min"), ("position_max", "max")].map(|(option, end)| {
+        let key = format!("{}_{end}", axis.to_lowercase());
+        (option, key)
+    });
+    for (option, key) in keys {
+        match m.number(section, option) {
+            Some(value) => m.put(section, option, ("soft endstop", "", &key), text(value)),
+            None if option == "position_min" && m.section(section).get("position_max").is_some() => {
+                m.put(section, option, ("soft endstop", "", &key), "0");
+            }
+            None => {}
+        }
+    }
+}
+
+/// Converts sensorless homing; returns whether it could be.
+fn by_stall(m: &mut Migration<'_>, section: usize, motor: &'static str, name: &str) -> bool {
+    let output = STALLS.iter().find(|(of, _)| *of == motor).map(|(_, pin)| *pin);
+    let is_alone = kinematics(m).as_deref() == Some("cartesian");
+    let (Some(pin), true) = (output, is_alone) else {
+        let why = "the motor moves more than one axis, so its stall is that of none";
+        let rest = Verdict::refused(why, "a switch, in [endstops]");
+        for option in ["endstop_pin", "position_endstop", "homing_speed", "homing_retract_dist", "second_homing_speed"]
+        {
+            m.judge(section, option, rest.clone());
+        }
+        m.judge(section, "homing_positive_dir", rest);
+        m.ask(format!("[{}] homes without a switch: {why}; give it a switch", m.section(section).name));
+        return false;
+    };
+    m.put(section, "endstop_pin", ("endstops", name, "pin"), pin);
+    m.write(("endstops", name, "stall_homing"), "true", "homes without a switch");
+    m.ask(format!(
+        "[endstops] {name}.stall_threshold: find it anew (docs/drivers.md); the old driver's figure has another meaning"
+    ));
+    true
+}
+
+/// Notes that Z homes by the probe: [`finish`] writes the line.
+fn by_probe(m: &mut Migration<'_>, section: usize) {
+    let reason = "Z homes by the probe: home_gcode does it with G30";
+    for option in ["endstop_pin", "homing_speed", "second_homing_speed", "homing_retract_dist", "position_endstop"] {
+        m.merged(section, option, reason, "");
+    }
+    m.needless(section, "homing_positive_dir", "the probe searches down");
+    m.needless(section, "homing_retract_speed", "[zprobe] says how fast the probe rises");
+}
+
+/// Converts the switch of a motor that copies another one.
+pub fn of_slave(m: &mut Migration<'_>, section: usize, motor: &'static str) {
+    let axis = match motor {
+        "delta" => "A",
+        "epsilon" => "B",
+        _ => "C",
+    };
+    if m.pin(section, "endstop_pin").is_some_and(|pin| pin.is_virtual()) {
+        return m.refuse(section, "endstop_pin", "a motor that copies another homes with it", "G34 (docs/leveling.md)");
+    }
+    let Some((place, pin)) = m.place(section, "endstop_pin", Role::Input, "switch") else { return };
+    let name = format!("own{}", axis.to_lowercase());
+    let written = format!("{}^{}", place.pin, if pin.is_inverted { "!" } else { "" });
+    m.put(section, "endstop_pin", ("endstops", &name, "pin"), written);
+    m.write(("endstops", &name, "enable"), "true", "G28.7 looks at it (docs/leveling.md)");
+    m.write(("endstops", &name, "axis"), axis, "a slave's own switch has the letter of its motor");
+}
+
+/// Returns the section whose axis homes by the probe.
+fn homed_by_probe(m: &Migration<'_>) -> bool {
+    let z = m.find("stepper_z").and_then(|section| m.pin(section, "endstop_pin"));
+    z.is_some_and(|pin| pin.is_virtual() && pin.mcu == "probe")
+}
+
+/// Writes the line that homes Z by the probe, and the place where it does.
+pub fn finish(m: &mut Migration<'_>) {
+    if !homed_by_probe(m) || m.written(("zprobe", "", "enable")).is_none() {
+        return;
+    }
+    let safe = m.source.section("safe_z_home");
+    let place = safe.and_then(|safe| numbers(safe.get("home_xy_position")?));
+    let speed = safe.and_then(|safe| safe.number("speed")).unwrap_or(50.0) * 60.0;
+    let hop = safe.and_then(|safe| safe.number("z_hop")).filter(|hop| *hop > 0.0);
+    let hop_speed = safe.and_then(|safe| safe.number("z_hop_speed")).unwrap_or(15.0) * 60.0;
+    let height = ["probe", "bltouch"].iter().find_map(|name| m.source.section(name)?.number("z_offset"));
+    let mut line = String::new();
+    if let Some(hop) = hop {
+        line += &format!("G91 G0 Z{} F{} G90 ", text(hop), text(hop_speed));
+    }
+    line += "G28 X Y ";
+    if let Some([x, y]) = place.as_deref() {
+        line += &format!("G53 G0 X{} Y{} F{} ", text(*x), text(*y), text(speed));
+    }
+    line += &format!("G30 Z{}", text(height.unwrap_or(0.0)));
+    m.write(("endstops", "common", "home_gcode"), line.replace(' ', "_"), "Z homes by the probe");
+    m.write(("cartesian grid leveling strategy", "", "do_home"), "false", "home_gcode homes");
+    m.ask("Z homes by the probe: try G28 with a hand at the kill button, and compare [zprobe] probe_offsets");
+}

@@ -1,0 +1,130 @@
+//! Fans: those that codes set, and those that follow heaters, motors or a temperature.
+
+use super::super::account::{Class, Verdict};
+use super::super::migration::{Migration, instance, text};
+use super::super::wiring::Role;
+use super::table::{Change, NUMBER, Rule, apply};
+use super::{heat, outputs};
+
+const FAN: &str = "fan";
+/// Time that Klipper gives a fan full power when it starts, where the file does not say one, s.
+const KICK_START: &str = "0.1";
+
+const COMMON: &[(&str, Rule)] = &[
+    ("max_power", Rule::To(FAN, "max_power", Change::Times(100.0))),
+    ("off_below", Rule::To(FAN, "off_below", Change::Times(100.0))),
+    ("kick_start_time", Rule::To(FAN, "kick_start_time", NUMBER)),
+    ("tachometer_ppr", Rule::To(FAN, "pulses_per_turn", NUMBER)),
+    ("tachometer_poll_interval", Rule::Needless("the input is looked at 2,000 times a second")),
+    ("hardware_pwm", Rule::Needless("MOSFETs of the board have no timer")),
+    ("shutdown_speed", Rule::Only("0", "in a halt the MOSFETs lose their power", "[switch] halt_set_to")),
+    ("enable_pin", Rule::Refused("a fan has one output", "a [switch] of its own")),
+];
+
+/// Makes the output and the fan of a section; `name` is the instance of both.
+fn fan(m: &mut Migration<'_>, section: usize, name: &str) -> bool {
+    if !outputs::load(m, section, "pin", name, "fan") {
+        return false;
+    }
+    m.write((FAN, name, "enable"), "true", format!("of [{}]", m.section(section).name));
+    outputs::cycle(m, section, name);
+    if let Some((place, pin)) = m.place(section, "tachometer_pin", Role::Input, "tachometer") {
+        let written = format!("{}^{}", place.pin, if pin.is_inverted { "!" } else { "" });
+        m.put(section, "tachometer_pin", (FAN, name, "tachometer_pin"), written);
+    }
+    apply(m, section, name, COMMON);
+    if m.section(section).get("kick_start_time").is_none() {
+        m.put(section, "kick_start_time", (FAN, name, "kick_start_time"), KICK_START);
+    }
+    m.judge_section(section, Verdict::new(Class::Converted, "an output of [switch], and [fan]"));
+    true
+}
+
+/// Converts `[fan]`, which M106 and M107 set.
+pub fn part(m: &mut Migration<'_>, section: usize) {
+    if fan(m, section, FAN) {
+        m.write(("switch", FAN, "input_on_command"), "M106", "");
+        m.write(("switch", FAN, "input_off_command"), "M107", "");
+    }
+}
+
+/// Converts `[fan_generic NAME]`, which SET_FAN_SPEED sets.
+pub fn generic(m: &mut Migration<'_>, section: usize) {
+    let name = instance(&m.section(section).label());
+    fan(m, section, &name);
+}
+
+/// Converts `[heater_fan NAME]`.
+pub fn of_heater(m: &mut Migration<'_>, section: usize) {
+    let name = instance(&m.section(section).label());
+    if !fan(m, section, &name) {
+        return;
+    }
+    m.write((FAN, &name, "follows"), "heaters", "");
+    sensors(m, section, &name, "extruder");
+    let warm = m.number(section, "heater_temp").unwrap_or(50.0);
+    m.put(section, "heater_temp", (FAN, &name, "temperature"), text(warm));
+    apply(m, section, &name, &[("fan_speed", Rule::To(FAN, "speed", Change::Times(100.0)))]);
+}
+
+/// Writes the temperature controls that a fan watches.
+fn sensors(m: &mut Migration<'_>, section: usize, name: &str, default: &str) {
+    let wanted = m.section(section).get("heater").unwrap_or(default).to_owned();
+    let mut known = Vec::new();
+    for heater in wanted.split([',', '\n']).map(str::trim).filter(|heater| !heater.is_empty()) {
+        match m.heaters.get(heater) {
+            Some(heater) => known.push(heater.clone()),
+            None => m.ask(format!("fan {name}: there is no heater {heater} to follow")),
+        }
+    }
+    match known.is_empty() {
+        true => m.refuse(section, "heater", "no heater of this name was converted", "[fan] sensors"),
+        false => m.put(section, "heater", (FAN, name, "sensors"), known.join(",")),
+    }
+}
+
+/// Converts `[controller_fan NAME]`.
+pub fn of_controller(m: &mut Migration<'_>, section: usize) {
+    let name = instance(&m.section(section).label());
+    if !fan(m, section, &name) {
+        return;
+    }
+    m.write((FAN, &name, "follows"), "electronics", "");
+    sensors(m, section, &name, "extruder");
+    let rows: &[(&str, Rule)] = &[
+        ("fan_speed", Rule::To(FAN, "speed", Change::Times(100.0))),
+        ("idle_speed", Rule::To(FAN, "idle_speed", Change::Times(100.0))),
+        ("idle_timeout", Rule::To(FAN, "linger", NUMBER)),
+        ("stepper", Rule::Needless("any motor that has current counts")),
+    ];
+    apply(m, section, &name, rows);
+}
+
+/// Converts `[temperature_fan NAME]`: a sensor, an output and what keeps the temperature.
+pub fn of_temperature(m: &mut Migration<'_>, section: usize) {
+    let name = instance(&m.section(section).label());
+    if !fan(m, section, &name) {
+        return;
+    }
+    m.write((FAN, &name, "follows"), "temperature", "");
+    m.write((FAN, &name, "sensors"), name.clone(), "its own sensor");
+    let rows: &[(&str, Rule)] = &[
+        ("target_temp", Rule::To(FAN, "temperature", NUMBER)),
+        ("max_delta", Rule::To(FAN, "hysteresis", NUMBER)),
+        ("max_speed", Rule::To(FAN, "speed", Change::Times(100.0))),
+        ("min_speed", Rule::To(FAN, "idle_speed", Change::Times(100.0))),
+        // Klipper's gains are of 255, Velvet's of 100.
+        ("pid_kp", Rule::To(FAN, "p_factor", Change::Times(100.0 / 255.0))),
+        ("pid_ki", Rule::To(FAN, "i_factor", Change::Times(100.0 / 255.0))),
+        ("pid_kd", Rule::To(FAN, "d_factor", Change::Times(100.0 / 255.0))),
+        ("pid_deriv_time", Rule::Refused("the derivative has a filter of its own", "[fan] d_factor")),
+    ];
+    apply(m, section, &name, rows);
+    match m.section(section).get("control") {
+        Some("watermark") => m.put(section, "control", (FAN, &name, "control"), "bang-bang"),
+        Some("pid") => m.put(section, "control", (FAN, &name, "control"), "pid"),
+        _ => {}
+    }
+    heat::heater(m, section, &name, Role::Load);
+    m.write(("temperature control", &name, "heater_pin"), "nc", "a sensor only");
+}

@@ -1,0 +1,118 @@
+//! Heaters and temperature sensors.
+
+use super::super::account::{Class, Verdict};
+use super::super::migration::{Migration, instance, text};
+use super::super::wiring::Role;
+use super::sensors;
+use super::table::{Change, NUMBER, Rule, apply};
+
+const TEMPERATURE: &str = "temperature control";
+/// Longest period of a heater's pulses that is as often as can be, s.
+const FAST: f64 = 0.2;
+
+const HEATER: &[(&str, Rule)] = &[
+    ("max_power", Rule::To(TEMPERATURE, "max_pwm", Change::Whole(255.0))),
+    ("pid_kp", Rule::To(TEMPERATURE, "p_factor", NUMBER)),
+    ("pid_ki", Rule::To(TEMPERATURE, "i_factor", NUMBER)),
+    ("pid_kd", Rule::To(TEMPERATURE, "d_factor", NUMBER)),
+    ("max_delta", Rule::To(TEMPERATURE, "hysteresis", NUMBER)),
+    ("min_temp", Rule::To(TEMPERATURE, "min_temp", NUMBER)),
+    ("max_temp", Rule::To(TEMPERATURE, "max_temp", NUMBER)),
+    ("smooth_time", Rule::Refused("readings are not smoothed over a time", "[temperature control] sensor_filter")),
+    ("pid_integral_max", Rule::To(TEMPERATURE, "i_max", Change::Whole(255.0))),
+    ("gcode_id", Rule::Needless("M105 says every temperature by its designator")),
+];
+
+/// Converts a heater; `name` is its instance in the new file, with pins of its own by default where the board
+/// knows the name.
+pub fn heater(m: &mut Migration<'_>, section: usize, name: &str, role: Role) {
+    let of = m.section(section);
+    m.heaters.insert(of.name.clone(), name.to_owned());
+    m.heaters.insert(of.label(), name.to_owned());
+    m.write((TEMPERATURE, name, "enable"), "true", format!("of [{}]", of.name));
+    if of.get("heater_pin").is_some()
+        && let Some((place, pin)) = m.place(section, "heater_pin", role, "heater")
+    {
+        // An output of the board that is active low stays so; the old board's polarity is its own.
+        let _ = pin;
+        m.put(section, "heater_pin", (TEMPERATURE, name, "heater_pin"), place.pin);
+    }
+    control(m, section, name);
+    cycle(m, section, name);
+    sensors::sensor(m, section, name);
+    apply(m, section, name, HEATER);
+    identify(m, name);
+}
+
+fn control(m: &mut Migration<'_>, section: usize, name: &str) {
+    match m.section(section).get("control") {
+        Some("watermark") => m.put(section, "control", (TEMPERATURE, name, "bang_bang"), "true"),
+        Some("pid") => m.put(section, "control", (TEMPERATURE, name, "control"), "pid"),
+        Some(_) => m.refuse(section, "control", "Velvet has no such control", "pid, or bang_bang = true"),
+        None => {}
+    }
+}
+
+fn cycle(m: &mut Migration<'_>, section: usize, name: &str) {
+    match m.number(section, "pwm_cycle_time") {
+        Some(seconds) if seconds >= FAST => {
+            m.put(section, "pwm_cycle_time", (TEMPERATURE, name, "cycle_time"), text(seconds));
+        }
+        _ => m.needless(section, "pwm_cycle_time", "the output is switched as often as can be"),
+    }
+}
+
+/// Writes designator and number of what the board has no name for.
+fn identify(m: &mut Migration<'_>, name: &str) {
+    if name == "chamber" {
+        m.write((TEMPERATURE, name, "designator"), "C", "as hosts call it");
+    } else if !matches!(name, "hotend" | "hotend2" | "bed" | "board") {
+        let letters: String = name.chars().take(8).collect();
+        m.write((TEMPERATURE, name, "designator"), letters, "in reports");
+        m.write((TEMPERATURE, name, "tool_id"), "255", "none of a tool");
+    }
+}
+
+/// Converts `[heater_bed]`.
+pub fn bed(m: &mut Migration<'_>, section: usize) {
+    heater(m, section, "bed", Role::Bed);
+}
+
+/// Converts `[heater_generic NAME]`.
+pub fn generic(m: &mut Migration<'_>, section: usize) {
+    let name = instance(&m.section(section).label());
+    heater(m, section, &name, Role::Load);
+}
+
+/// Converts `[temperature_sensor NAME]`.
+pub fn sensor(m: &mut Migration<'_>, section: usize) {
+    let name = instance(&m.section(section).label());
+    let kind = m.section(section).get("sensor_type").unwrap_or("");
+    if kind == "temperature_host" {
+        let why = "there is no host computer";
+        return m.judge_rest(section, &Verdict::needless(why));
+    }
+    if !sensors::is_known(m, kind) {
+        let why = format!("Velvet has no sensor of the kind {kind}");
+        return m.judge_rest(section, &Verdict::refused(why, "[temperature control] sensor"));
+    }
+    heater(m, section, &name, Role::Load);
+    m.write((TEMPERATURE, &name, "heater_pin"), "nc", "a sensor only");
+}
+
+/// Converts `[verify_heater HEATER]`.
+pub fn verify(m: &mut Migration<'_>, section: usize) {
+    let label = m.section(section).label();
+    let Some(name) = m.heaters.get(&label).cloned() else {
+        let why = format!("there is no heater {label}");
+        return m.judge_rest(section, &Verdict::refused(why, "[temperature control] verify_gain_time"));
+    };
+    let rows: &[(&str, Rule)] = &[
+        ("hysteresis", Rule::To(TEMPERATURE, "verify_band", NUMBER)),
+        ("heating_gain", Rule::To(TEMPERATURE, "verify_gain", NUMBER)),
+        ("check_gain_time", Rule::To(TEMPERATURE, "verify_gain_time", Change::Whole(1.0))),
+        ("max_error", Rule::To(TEMPERATURE, "verify_max_error", NUMBER)),
+    ];
+    apply(m, section, &name, rows);
+    m.judge_section(section, Verdict::new(Class::Converted, "heat safety of the same rules"));
+}
