@@ -16,6 +16,8 @@ import sys
 from pathlib import Path
 
 BLOCK_HEAD = "#*# <---"
+# Lines that head the block of SAVE_CONFIG.
+HEAD_LINES = 3
 
 
 class Unreadable(Exception):
@@ -76,7 +78,7 @@ def read(path):
     read_lines(parser, path, written, [])
     if saved and all(line in ("", "#*#") or line.startswith("#*# ") for line in saved):
         block = new_parser()
-        take(block, [without_comments(line[4:]) for line in saved])
+        take(block, [without_comments(line[4:]) for line in saved[HEAD_LINES:]])
         for section in block.sections():
             if not parser.has_section(section):
                 parser.add_section(section)

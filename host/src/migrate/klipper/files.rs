@@ -9,6 +9,8 @@ use super::source::{Place, Source};
 
 /// Beginning of every line that SAVE_CONFIG wrote.
 const SAVED: &str = "#*#";
+/// Lines that head its block.
+const SAVED_HEAD: usize = 3;
 
 /// Reads printer.cfg and all it includes.
 pub fn read(path: &Path) -> Result<Source> {
@@ -109,7 +111,7 @@ fn saved(source: &mut Source, block: &str, lines_above: usize) -> Result<()> {
         return Ok(());
     }
     let mut reader = Reader::new(&mut saved);
-    for (number, line) in block.lines().enumerate() {
+    for (number, line) in block.lines().enumerate().skip(SAVED_HEAD) {
         reader.line(line.get(SAVED.len() + 1..).unwrap_or(""), place(number))?;
     }
     reader.end();

@@ -51,10 +51,9 @@ impl Row {
         }
     }
 
-    /// Returns whether a section of this kind, with or without a label, is the row's.
-    fn is(&self, kind: &str, has_label: bool) -> bool {
-        let (first, rest) = self.name.split_once(' ').unwrap_or((self.name, ""));
-        first == kind && (rest.is_empty() || rest.starts_with('[') || has_label)
+    /// Returns the kind of the row's sections.
+    fn kind(&self) -> &'static str {
+        self.name.split_once(' ').map_or(self.name, |(kind, _)| kind)
     }
 }
 
@@ -322,7 +321,7 @@ pub fn find(name: &str) -> Option<&'static Row> {
         _ => kind,
     };
     // `[display]` and `[display left]` are two rows: the one that fits better counts.
-    let all = || SECTIONS.iter().chain(OTHERS).filter(|row| row.is(kind, has_label));
+    let all = || SECTIONS.iter().chain(OTHERS).filter(|row| row.kind() == kind);
     all().find(|row| row.name.contains(' ') == has_label).or_else(|| all().next())
 }
 

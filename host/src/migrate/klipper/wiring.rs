@@ -28,6 +28,9 @@ pub enum Role {
     Bed,
     /// Fan, lamp, relay: something that takes power.
     Load,
+    /// Sensor of a hot end, of the bed, of anything else.
+    HotendSensor,
+    BedSensor,
     Thermistor,
     /// Output of a timer, for servos.
     Servo,
@@ -45,6 +48,13 @@ const BED: Place = place("PE3", "MOSFET bed");
 const NEEDS_MOSFET: &str = "is a signal of 3.3 V: put a MOSFET or driver between";
 const NEEDS_PULL_UP: &str = "has no pull-up resistor and no filter for a thermistor: add them";
 const SSR: &str = "switches its supply on the high side, active low";
+
+const T1: Place = place("ADC1_1", "connector T1");
+const T2: Place = place("ADC1_2", "connector T2");
+const T3: Place = place("ADC1_3", "connector T3");
+const GH_5: Place = minded("ADC1_4", "header GH pin 5", NEEDS_PULL_UP);
+const GH_3: Place = minded("ADC1_5", "header GH pin 3", NEEDS_PULL_UP);
+const GH_4: Place = minded("ADC1_6", "header GH pin 4", NEEDS_PULL_UP);
 
 /// Places by their role, the best first.
 const PLACES: &[(Role, &[Place])] = &[
@@ -73,17 +83,9 @@ const PLACES: &[(Role, &[Place])] = &[
             minded("PH3", "header GG pin 7", NEEDS_MOSFET),
         ],
     ),
-    (
-        Role::Thermistor,
-        &[
-            place("ADC1_1", "connector T1"),
-            place("ADC1_2", "connector T2"),
-            place("ADC1_3", "connector T3"),
-            minded("ADC1_4", "header GH pin 5", NEEDS_PULL_UP),
-            minded("ADC1_5", "header GH pin 3", NEEDS_PULL_UP),
-            minded("ADC1_6", "header GH pin 4", NEEDS_PULL_UP),
-        ],
-    ),
+    (Role::HotendSensor, &[T1, T2, GH_5, GH_3, GH_4]),
+    (Role::BedSensor, &[T3, T2, GH_5, GH_3, GH_4]),
+    (Role::Thermistor, &[T2, T3, T1, GH_5, GH_3, GH_4]),
     (
         Role::Servo,
         &[

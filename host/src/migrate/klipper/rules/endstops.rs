@@ -104,11 +104,30 @@ fn homing(m: &mut Migration<'_>, section: usize, name: &str, to_max: bool) {
     }
     let fast = m.number(section, "homing_speed").unwrap_or(5.0);
     m.put(section, "homing_speed", ("endstops", name, "fast_rate"), text(fast));
-    let slow = m.number(section, "second_homing_speed").unwrap_or(fast / 2.0);
-    m.put(section, "second_homing_speed", ("endstops", name, "slow_rate"), text(slow));
     let retract = m.number(section, "homing_retract_dist").unwrap_or(5.0);
-    m.put(section, "homing_retract_dist", ("endstops", name, "retract"), text(retract));
+    if m.written(("endstops", name, "stall_homing")).is_some() {
+        m.needless(section, "second_homing_speed", "both approaches to a stall are as fast");
+        // The second approach has to be at its speed before a stall can be told.
+        let least = run_up(m, section, fast);
+        m.put(section, "homing_retract_dist", ("endstops", name, "retract"), text(retract.max(least)));
+    } else {
+        let slow = m.number(section, "second_homing_speed").unwrap_or(fast / 2.0);
+        m.put(section, "second_homing_speed", ("endstops", name, "slow_rate"), text(slow));
+        m.put(section, "homing_retract_dist", ("endstops", name, "retract"), text(retract));
+    }
     m.refuse(section, "homing_retract_speed", "Velvet backs off at slow_rate", "[endstops] slow_rate");
+}
+
+/// Returns the way that a motor needs to be at its speed and tell a stall, mm.
+fn run_up(m: &Migration<'_>, section: usize, speed: f64) -> f64 {
+    let printer = m.source.section("printer");
+    let accel = |option| printer.and_then(|of| of.number(option));
+    let is_z = m.section(section).name == "stepper_z";
+    let accel = is_z.then(|| accel("max_z_accel")).flatten().or(accel("max_accel")).unwrap_or(1000.0);
+    let of = m.section(section);
+    let full = of.number("full_steps_per_rotation").unwrap_or(200.0) / of.number("rotation_distance").unwrap_or(40.0);
+    let way = config::EndstopStallConfig::run_up(speed, accel, None, full);
+    (way * 10.0 + 1.0).ceil() / 10.0
 }
 
 /// Writes the ends of an axis' travel; where the file has none, what Klipper takes.
@@ -156,6 +175,11 @@ fn by_stall(m: &mut Migration<'_>, section: usize, motor: &'static str, name: &s
 
 /// Notes that Z homes by the probe: [`finish`] writes the line.
 fn by_probe(m: &mut Migration<'_>, section: usize) {
+    let probes = ["probe", "bltouch", "smart_effector"];
+    if !probes.iter().any(|name| m.find(name).is_some()) {
+        m.refuse(section, "endstop_pin", "Velvet has nothing like the probe that Z homes by", "[zprobe], [endstops]");
+        m.ask("Z homes by a probe that Velvet does not have: give it a switch in [endstops]");
+    }
     let reason = "Z homes by the probe: home_gcode does it with G30";
     for option in ["endstop_pin", "homing_speed", "second_homing_speed", "homing_retract_dist", "position_endstop"] {
         m.merged(section, option, reason, "");

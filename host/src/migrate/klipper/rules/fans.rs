@@ -51,7 +51,9 @@ pub fn part(m: &mut Migration<'_>, section: usize) {
 /// Converts `[fan_generic NAME]`, which SET_FAN_SPEED sets.
 pub fn generic(m: &mut Migration<'_>, section: usize) {
     let name = instance(&m.section(section).label());
-    fan(m, section, &name);
+    if fan(m, section, &name) {
+        outputs::number_it(m, &name);
+    }
 }
 
 /// Converts `[heater_fan NAME]`.
@@ -78,7 +80,13 @@ fn sensors(m: &mut Migration<'_>, section: usize, name: &str, default: &str) {
         }
     }
     match known.is_empty() {
-        true => m.refuse(section, "heater", "no heater of this name was converted", "[fan] sensors"),
+        true => {
+            // A fan that cools something hot has to run where nobody tells it when.
+            m.write((FAN, name, "follows"), "codes", "nothing to follow was converted");
+            m.write(("switch", name, "startup_state"), "true", "always on: nothing to follow was converted");
+            outputs::number_it(m, name);
+            m.refuse(section, "heater", "no heater of this name was converted: it always runs", "[fan] sensors");
+        }
         false => m.put(section, "heater", (FAN, name, "sensors"), known.join(",")),
     }
 }

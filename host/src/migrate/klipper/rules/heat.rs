@@ -7,6 +7,8 @@ use super::sensors;
 use super::table::{Change, NUMBER, Rule, apply};
 
 const TEMPERATURE: &str = "temperature control";
+/// Temperature controls beside the board's own.
+const MOST: usize = 7;
 /// Longest period of a heater's pulses that is as often as can be, s.
 const FAST: f64 = 0.2;
 
@@ -27,6 +29,12 @@ const HEATER: &[(&str, Rule)] = &[
 /// knows the name.
 pub fn heater(m: &mut Migration<'_>, section: usize, name: &str, role: Role) {
     let of = m.section(section);
+    let count = m.entries.iter().filter(|entry| (entry.section, &*entry.key) == (TEMPERATURE, "enable")).count();
+    if count >= MOST {
+        let why = "Velvet has eight temperature controls, the board's own among them";
+        m.ask(format!("[{}]: {why}; it is left out", of.name));
+        return m.judge_rest(section, &Verdict::refused(why, "[temperature control]"));
+    }
     m.heaters.insert(of.name.clone(), name.to_owned());
     m.heaters.insert(of.label(), name.to_owned());
     m.write((TEMPERATURE, name, "enable"), "true", format!("of [{}]", of.name));
@@ -42,6 +50,9 @@ pub fn heater(m: &mut Migration<'_>, section: usize, name: &str, role: Role) {
     sensors::sensor(m, section, name);
     apply(m, section, name, HEATER);
     identify(m, name);
+    if m.written((TEMPERATURE, name, "enable")) == Some("false") {
+        m.heaters.retain(|_, known| known != name);
+    }
 }
 
 fn control(m: &mut Migration<'_>, section: usize, name: &str) {

@@ -47,9 +47,10 @@ pub fn stepper(m: &mut Migration<'_>, section: usize) {
 
 fn refuse(m: &mut Migration<'_>, section: usize, name: &str) {
     let has_motors = !m.motors.is_empty();
-    let why = match has_motors {
+    let knows_kinematics = !matches!(kinematics(m).as_deref(), Some("generic_cartesian") | None);
+    let why = match has_motors && knows_kinematics {
         true => "the Prime has six motors at most, extruders among them",
-        false => "no motor of these kinematics",
+        false => "the kinematics do not say what this motor moves",
     };
     m.judge_rest(section, &super::super::account::Verdict::refused(why, "[actuator]"));
     m.ask(format!("[{name}]: {why}; it is left out"));
@@ -141,10 +142,7 @@ fn steps(m: &mut Migration<'_>, section: usize, motor: &'static str) {
         m.ask(format!("motor {motor}: {} microsteps: {why}", text(microsteps)));
         return m.refuse(section, "microsteps", why, "[actuator] microsteps");
     }
-    match is_on_board(motor) {
-        true => m.put(section, "microsteps", ("actuator", motor, "microsteps"), text(microsteps)),
-        false => m.merged(section, "microsteps", reason, &becomes),
-    }
+    m.put(section, "microsteps", ("actuator", motor, "microsteps"), text(microsteps));
 }
 
 /// Writes the top speed of an axis' motor: as fast as the axis may go, since Klipper limits no motor.

@@ -26,6 +26,12 @@ pub fn load(m: &mut Migration<'_>, section: usize, option: &str, name: &str, wha
     true
 }
 
+/// Gives an output that no code turns on a number, by which M62 to M68 know it.
+pub fn number_it(m: &mut Migration<'_>, name: &str) {
+    let known = m.entries.iter().filter(|entry| (entry.section, &*entry.key) == (SWITCH, "io_number")).count();
+    m.write((SWITCH, name, "io_number"), known.to_string(), "P of M62 to M68; SET_PIN has its name");
+}
+
 /// Writes the period of pulses where it is that of a relay.
 pub fn cycle(m: &mut Migration<'_>, section: usize, name: &str) {
     match m.number(section, "cycle_time") {
@@ -42,6 +48,7 @@ pub fn pin(m: &mut Migration<'_>, section: usize) {
     if !load(m, section, "pin", &name, "output") {
         return;
     }
+    number_it(m, &name);
     let is_pwm =
         m.section(section).kind() != "output_pin" || m.section(section).get("pwm").and_then(truth) == Some(true);
     let kind = if is_pwm { "sigmadeltapwm" } else { "digital" };
@@ -85,6 +92,7 @@ pub fn servo(m: &mut Migration<'_>, section: usize) {
     if !timer(m, section, "pin", &name, "servo") {
         return m.judge_rest(section, &Verdict::refused("it has no output", "[switch] output_pin"));
     }
+    number_it(m, &name);
     let rows: &[(&str, Rule)] = &[
         ("minimum_pulse_width", Rule::To(SWITCH, "servo_min_us", Change::Times(1e6))),
         ("maximum_pulse_width", Rule::To(SWITCH, "servo_max_us", Change::Times(1e6))),

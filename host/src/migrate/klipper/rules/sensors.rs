@@ -97,6 +97,11 @@ pub fn is_known(m: &Migration<'_>, name: &str) -> bool {
 
 /// Converts the sensor of a heater, a fan or itself.
 pub fn sensor(m: &mut Migration<'_>, section: usize, name: &str) {
+    let role = match name {
+        "bed" => Role::BedSensor,
+        _ if name.starts_with("hotend") => Role::HotendSensor,
+        _ => Role::Thermistor,
+    };
     let Some(wanted) = m.section(section).get("sensor_type") else { return };
     match kind(m, wanted) {
         Kind::Curve(points) => {
@@ -131,7 +136,7 @@ pub fn sensor(m: &mut Migration<'_>, section: usize, name: &str) {
         }
         Kind::Unknown => return unknown(m, section, name, wanted),
     }
-    if let Some((place, _)) = m.place(section, "sensor_pin", Role::Thermistor, "sensor") {
+    if let Some((place, _)) = m.place(section, "sensor_pin", role, "sensor") {
         m.put(section, "sensor_pin", (TEMPERATURE, name, "thermistor_pin"), place.pin);
     }
     apply(m, section, name, DIVIDER);
@@ -176,6 +181,7 @@ fn unknown(m: &mut Migration<'_>, section: usize, name: &str, wanted: &str) {
     let why = format!("Velvet has no sensor of the kind {wanted}");
     m.judge(section, "sensor_type", Verdict::refused(why.clone(), "[temperature control] rt_curve, sensor"));
     m.refuse(section, "sensor_pin", "its sensor is not known", "[temperature control] thermistor_pin");
+    m.write((TEMPERATURE, name, "enable"), "false", "off: its sensor is not known");
     m.ask(format!("{name}: {why}: describe it (docs/settings.md), or the heater stays off"));
 }
 
