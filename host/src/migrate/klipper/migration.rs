@@ -150,6 +150,15 @@ impl<'a> Migration<'a> {
         self.entries.iter().find(same).map(|entry| entry.value.as_str())
     }
 
+    /// Returns the name for an instance of a section's label that nothing in these sections has yet.
+    pub fn fresh(&self, within: &[&str], label: &str) -> String {
+        let plain = instance(label);
+        let is_taken = |name: &str| self.entries.iter().any(|e| within.contains(&e.section) && e.instance == name);
+        let numbered = |number: usize| format!("{}_{number}", plain.chars().take(21).collect::<String>());
+        let mut names = std::iter::once(plain.clone()).chain((2..100).map(numbered));
+        names.find(|name| !is_taken(name) && !RESERVED.contains(&name.as_str())).unwrap_or(plain)
+    }
+
     /// Puts an item on the list of work, once.
     pub fn ask(&mut self, text: impl Into<String>) {
         let text = text.into();
@@ -202,6 +211,9 @@ impl<'a> Migration<'a> {
         Some((place, pin))
     }
 }
+
+/// Names of instances that have a meaning of their own.
+const RESERVED: [&str; 6] = ["common", "hotend", "hotend2", "hotend3", "bed", "board"];
 
 /// Reason of what the board reads from printer.cfg itself.
 pub const KEPT: &str = "kept: read on the board from printer.cfg";

@@ -4,7 +4,7 @@ use super::super::account::{Class, Verdict};
 use super::super::migration::{Migration, instance, text};
 use super::super::wiring::Role;
 use super::table::{Change, NUMBER, Rule, apply};
-use super::{heat, outputs};
+use super::{heat, outputs, sensors};
 
 const FAN: &str = "fan";
 /// Time that Klipper gives a fan full power when it starts, where the file does not say one, s.
@@ -50,7 +50,7 @@ pub fn part(m: &mut Migration<'_>, section: usize) {
 
 /// Converts `[fan_generic NAME]`, which SET_FAN_SPEED sets.
 pub fn generic(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
     if fan(m, section, &name) {
         outputs::number_it(m, &name);
     }
@@ -58,19 +58,19 @@ pub fn generic(m: &mut Migration<'_>, section: usize) {
 
 /// Converts `[heater_fan NAME]`.
 pub fn of_heater(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
     if !fan(m, section, &name) {
         return;
     }
     m.write((FAN, &name, "follows"), "heaters", "");
-    sensors(m, section, &name, "extruder");
+    follow(m, section, &name, "extruder");
     let warm = m.number(section, "heater_temp").unwrap_or(50.0);
     m.put(section, "heater_temp", (FAN, &name, "temperature"), text(warm));
     apply(m, section, &name, &[("fan_speed", Rule::To(FAN, "speed", Change::Times(100.0)))]);
 }
 
 /// Writes the temperature controls that a fan watches.
-fn sensors(m: &mut Migration<'_>, section: usize, name: &str, default: &str) {
+fn follow(m: &mut Migration<'_>, section: usize, name: &str, default: &str) {
     let wanted = m.section(section).get("heater").unwrap_or(default).to_owned();
     let mut known = Vec::new();
     for heater in wanted.split([',', '\n']).map(str::trim).filter(|heater| !heater.is_empty()) {
@@ -93,12 +93,12 @@ fn sensors(m: &mut Migration<'_>, section: usize, name: &str, default: &str) {
 
 /// Converts `[controller_fan NAME]`.
 pub fn of_controller(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
     if !fan(m, section, &name) {
         return;
     }
     m.write((FAN, &name, "follows"), "electronics", "");
-    sensors(m, section, &name, "extruder");
+    follow(m, section, &name, "extruder");
     let rows: &[(&str, Rule)] = &[
         ("fan_speed", Rule::To(FAN, "speed", Change::Times(100.0))),
         ("idle_speed", Rule::To(FAN, "idle_speed", Change::Times(100.0))),
@@ -110,7 +110,15 @@ pub fn of_controller(m: &mut Migration<'_>, section: usize) {
 
 /// Converts `[temperature_fan NAME]`: a sensor, an output and what keeps the temperature.
 pub fn of_temperature(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let kind = m.section(section).get("sensor_type").unwrap_or("").to_owned();
+    if kind == "temperature_host" {
+        return m.judge_rest(section, &Verdict::needless("there is no host computer to cool"));
+    }
+    if !sensors::is_known(m, &kind) {
+        let why = format!("Velvet has no sensor of the kind {kind}");
+        return m.judge_rest(section, &Verdict::refused(why, "[fan] follows = electronics"));
+    }
+    let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
     if !fan(m, section, &name) {
         return;
     }

@@ -91,13 +91,13 @@ pub fn bed(m: &mut Migration<'_>, section: usize) {
 
 /// Converts `[heater_generic NAME]`.
 pub fn generic(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["temperature control", "switch"], &m.section(section).label());
     heater(m, section, &name, Role::Load);
 }
 
 /// Converts `[temperature_sensor NAME]`.
 pub fn sensor(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["temperature control", "switch"], &m.section(section).label());
     let kind = m.section(section).get("sensor_type").unwrap_or("");
     if kind == "temperature_host" {
         let why = "there is no host computer";

@@ -44,7 +44,7 @@ pub fn cycle(m: &mut Migration<'_>, section: usize, name: &str) {
 
 /// Converts `[output_pin NAME]`, `[pwm_tool NAME]` and `[pwm_cycle_time NAME]`.
 pub fn pin(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "led strip", "button box"], &m.section(section).label());
     if !load(m, section, "pin", &name, "output") {
         return;
     }
@@ -88,7 +88,7 @@ fn value(m: &mut Migration<'_>, section: usize, name: &str, option: &str, scale:
 
 /// Converts `[servo NAME]`.
 pub fn servo(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "led strip", "button box"], &m.section(section).label());
     if !timer(m, section, "pin", &name, "servo") {
         return m.judge_rest(section, &Verdict::refused("it has no output", "[switch] output_pin"));
     }
@@ -120,7 +120,7 @@ pub fn timer(m: &mut Migration<'_>, section: usize, option: &str, name: &str, wh
 
 /// Converts `[neopixel NAME]`.
 pub fn strip(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "led strip", "button box"], &m.section(section).label());
     let Some((place, _)) = m.place(section, "pin", Role::Strip, "strip of lights") else {
         return m.judge_rest(section, &Verdict::refused("four strips at most", "[led strip]"));
     };
@@ -150,7 +150,7 @@ fn colours(m: &mut Migration<'_>, section: usize, name: &str) {
 
 /// Converts `[led NAME]`: a switch for each colour.
 pub fn led(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "led strip", "button box"], &m.section(section).label());
     m.write((STRIP, &name, "enable"), "true", format!("of [{}]", m.section(section).name));
     for colour in ["red", "green", "blue", "white"] {
         let option = format!("{colour}_pin");
@@ -169,10 +169,17 @@ pub fn led(m: &mut Migration<'_>, section: usize) {
 
 /// Converts `[gcode_button NAME]`: what it runs is one line; templates stay in printer.cfg.
 pub fn button(m: &mut Migration<'_>, section: usize) {
-    let name = instance(&m.section(section).label());
+    let name = m.fresh(&["switch", "led strip", "button box"], &m.section(section).label());
     if m.section(section).get("analog_range").is_some() {
         let why = "a button is on or off: an analog input tells several of them apart";
         return m.judge_rest(section, &Verdict::refused(why, "[button box]"));
+    }
+    let does_nothing = ["press_gcode", "release_gcode"].iter().all(|option| {
+        let script = m.section(section).get(option);
+        script.is_none_or(|script| script.trim().is_empty())
+    });
+    if does_nothing {
+        return m.judge_rest(section, &Verdict::needless("the button does nothing"));
     }
     let Some((place, pin)) = m.place(section, "pin", Role::Input, "button") else {
         return m.judge_rest(section, &Verdict::refused("it has no input", "[button box]"));
@@ -185,6 +192,7 @@ pub fn button(m: &mut Migration<'_>, section: usize) {
             Some("") => m.needless(section, option, "there is nothing in it"),
             Some(line) => m.put(section, option, ("button box", &name, key), line),
             None => {
+                m.write(("button box", &name, "enable"), "false", "off until it says what a press does");
                 let why = "more than a line, or a template";
                 m.refuse(section, option, why, "a [gcode_macro] of it, and its name in [button box]");
                 m.ask(format!("button {name}: {option} is {why}: make it a macro, and write its name here"));
