@@ -52,6 +52,8 @@ pub fn write(head: &str, to_do: &[String], entries: &[Entry]) -> String {
                 instances.push(&entry.instance);
             }
         }
+        // Motors in their own order, whatever else in the order in which it was found.
+        instances.sort_by_key(|name| units::Actuator::ALL.iter().position(|motor| motor.name() == *name));
         for (index, instance) in instances.iter().enumerate() {
             let mut lines: Vec<&&Entry> = of_section.iter().filter(|entry| entry.instance == *instance).collect();
             // The order is that of the reference, not that in which settings were found.

@@ -123,7 +123,8 @@ impl<'a> Migration<'a> {
             Some(_) => format!("was [{}] {option}", of.name),
             None => format!("as [{}] {option} is without a line", of.name),
         };
-        entry.above = found.map(|found| notes(&found.above)).unwrap_or_default();
+        let is_first = !self.entries.iter().any(|known| known.comment == entry.comment && !known.above.is_empty());
+        entry.above = found.filter(|_| is_first).map(|found| notes(&found.above)).unwrap_or_default();
         let becomes = format!("[{}] {} = {}", entry.section, entry.name(), value);
         self.add(entry);
         self.merged(section, option, reason, &becomes);
@@ -229,13 +230,14 @@ pub fn text(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { value.to_string() }
 }
 
-/// Returns the comment lines that say something: not those that are settings switched off.
+/// Returns the comment lines that say something: not rulers, nor settings switched off.
 fn notes(lines: &[String]) -> Vec<String> {
     let is_setting = |line: &&String| {
         let name = line.split([':', '=']).next().unwrap_or("");
         name.len() < line.len() && !name.trim().contains(' ')
     };
-    lines.iter().filter(|line| !is_setting(line)).cloned().collect()
+    let is_ruler = |line: &&String| !line.contains(char::is_alphanumeric);
+    lines.iter().filter(|line| !is_setting(line) && !is_ruler(line)).cloned().collect()
 }
 
 /// Returns a name that the new file takes for an instance: letters, digits, underscores; short.

@@ -43,8 +43,8 @@ fn homes_to_max(m: &Migration<'_>, section: usize) -> bool {
     if is_delta(m) {
         return true;
     }
-    let (low, high) = (of.number("position_min").unwrap_or(0.0), of.number("position_max").unwrap_or(0.0));
-    let stop = of.number("position_endstop").unwrap_or(low);
+    let low = of.number("position_min").unwrap_or(0.0);
+    let (Some(high), Some(stop)) = (of.number("position_max"), of.number("position_endstop")) else { return false };
     stop > low + (high - low) / 4.0
 }
 

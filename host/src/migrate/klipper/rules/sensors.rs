@@ -102,7 +102,7 @@ pub fn sensor(m: &mut Migration<'_>, section: usize, name: &str) {
         _ if name.starts_with("hotend") => Role::HotendSensor,
         _ => Role::Thermistor,
     };
-    let Some(wanted) = m.section(section).get("sensor_type") else { return };
+    let Some(wanted) = m.section(section).get("sensor_type") else { return unknown(m, section, name, "(none)") };
     match kind(m, wanted) {
         Kind::Curve(points) => {
             let value = points.map(text).join(",");
