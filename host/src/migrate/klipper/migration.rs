@@ -86,8 +86,10 @@ impl<'a> Migration<'a> {
         self.judge(section, option, Verdict::refused(why, nearest));
     }
 
-    pub fn keep(&mut self, section: usize, option: &str) {
-        self.judge(section, option, Verdict::kept(KEPT));
+    /// Returns whether an option has its verdict.
+    pub fn is_judged(&mut self, section: usize, option: &str) -> bool {
+        let Some((index, _)) = self.option(section, option) else { return false };
+        self.account.at(section, Some(index)).is_some_and(|verdict| verdict.is_some())
     }
 
     /// Notes that an option went into a setting, which another option or [`Migration::put`] wrote.

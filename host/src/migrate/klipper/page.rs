@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::Outcome;
 use super::account::{Count, Verdict};
+use super::sections::{self, Edition};
 use super::source::{Entry, Section, Source};
 
 const TEMPLATE: &str = include_str!("../../../assets/migrate.html");
@@ -37,6 +38,8 @@ struct WireRow<'a> {
 #[derive(Serialize)]
 struct SectionRow<'a> {
     section: &'a str,
+    /// Edition of Klipper's reference that heads it: both, english or none.
+    reference: &'static str,
     at: String,
     #[serde(flatten)]
     verdict: Verdict,
@@ -54,6 +57,14 @@ struct OptionRow<'a> {
     earlier: Vec<String>,
 }
 
+fn reference(name: &str) -> &'static str {
+    match sections::find(name).map(|row| row.edition) {
+        Some(Edition::Both) => "both",
+        Some(Edition::English) => "english",
+        None => "none",
+    }
+}
+
 fn report<'a>(outcome: &'a Outcome, source: &'a Source) -> Report<'a> {
     let name = |path: &std::path::PathBuf| path.display().to_string();
     let missing = || Verdict::refused("no rule has judged it", "");
@@ -66,6 +77,7 @@ fn report<'a>(outcome: &'a Outcome, source: &'a Source) -> Report<'a> {
     };
     let section = |(section, of): (&'a Section, &super::account::OfSection)| SectionRow {
         section: &section.name,
+        reference: reference(&section.name),
         at: source.told(section.place),
         verdict: of.section.clone().unwrap_or_else(missing),
         options: section.options.iter().zip(&of.options).map(option).collect(),

@@ -79,3 +79,39 @@ impl Aliases {
         (!pin.name.is_empty()).then_some(pin)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::migrate::klipper::source::{Entry, Section};
+
+    fn aliases(lists: &[(&str, &str, &str)]) -> Aliases {
+        let section = |(mcu, option, value): &(&str, &str, &str)| {
+            let entry = |name: &str, value: &str| Entry { name: name.into(), value: value.into(), ..Entry::default() };
+            let options = vec![entry("mcu", mcu), entry(option, value)];
+            Section { name: "board_pins x".into(), options, ..Section::default() }
+        };
+        Aliases::of(&Source { sections: lists.iter().map(section).collect(), ..Source::default() })
+    }
+
+    #[test]
+    fn signs_controllers_and_aliases_are_read() {
+        let names = aliases(&[
+            ("mcu", "aliases", "\nEXP1_1=PE8, EXP1_2=PE9,\nBEEP=EXP1_1"),
+            ("z", "aliases_more", "STOP=P1.2"),
+        ]);
+        let pin = |text: &str| names.pin(text).unwrap_or_default();
+        assert_eq!(pin("^!PA4"), Pin { is_inverted: true, is_pulled_up: true, ..pin("PA4") });
+        assert_eq!(pin("! ~ z:STOP").id(), "z:P1.2");
+        assert_eq!(pin("BEEP").id(), "mcu:PE8", "an alias of an alias");
+        assert_eq!(pin("STOP").id(), "mcu:STOP", "aliases belong to their controller");
+        assert!(pin("probe:z_virtual_endstop").is_virtual() && pin("tmc2209_stepper_x:virtual_endstop").is_virtual());
+        assert_eq!(names.pin("^"), None);
+    }
+
+    #[test]
+    fn a_circle_of_aliases_ends() {
+        let names = aliases(&[("mcu", "aliases", "A=B, B=A")]);
+        assert!(names.pin("A").is_some());
+    }
+}

@@ -159,3 +159,88 @@ fn shown(text: &str) -> String {
     }
     short
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Source> {
+        let mut source = Source { files: vec!["printer.cfg".into()], ..Source::default() };
+        let mut reader = Reader::new(&mut source);
+        for (number, line) in text.split('\n').enumerate() {
+            reader.line(line, Place { file: 0, line: number + 1 })?;
+        }
+        reader.end();
+        Ok(source)
+    }
+
+    fn value(text: &str, option: &str) -> Option<String> {
+        read(text).ok()?.sections.first()?.get(option).map(str::to_owned)
+    }
+
+    #[test]
+    fn comments_end_where_klipper_ends_them() {
+        assert_eq!(value("[a]\nb: 1 # two", "b").as_deref(), Some("1"));
+        assert_eq!(value("[a]\nb: 1#2", "b").as_deref(), Some("1"), "# cuts anywhere");
+        assert_eq!(value("[a]\nb: 1;2", "b").as_deref(), Some("1;2"), "; only behind a blank");
+        assert_eq!(value("[a]\nb: 1 ;2", "b").as_deref(), Some("1"));
+        assert_eq!(value("[a]\n;b: 1\n c: 2", "c").as_deref(), Some("2"));
+        assert_eq!(value("[a]\nb: \"#x\" ; y", "b").as_deref(), Some("\""), "no quotes help");
+    }
+
+    #[test]
+    fn deeper_lines_go_on_with_a_value() {
+        let text = "[a]\nb:\n  one\n\n    two # x\n ; y\n  three\nc = 1\n";
+        assert_eq!(value(text, "b").as_deref(), Some("\none\n\ntwo\nthree"));
+        assert_eq!(value(text, "c").as_deref(), Some("1"));
+        assert_eq!(value("[a]\n  b: 1\n  c: 2", "c").as_deref(), Some("2"), "as far in is an option of its own");
+        assert_eq!(value("[a]\nb: 1\n [c]\nd: 2", "b").as_deref(), Some("1\n[c]"), "an indented header is text");
+    }
+
+    #[test]
+    fn names_and_separators() {
+        assert_eq!(value("[a]\nPID_Kp = 1:2", "pid_kp").as_deref(), Some("1:2"));
+        assert_eq!(value("[a]\nx:=3", "x").as_deref(), Some("=3"));
+        let source = read("[Mixed Case]\nb: 1\n[mixed case]\nb: 2").unwrap_or_default();
+        assert_eq!(source.sections.len(), 2, "sections mind case");
+    }
+
+    #[test]
+    fn a_later_section_adds_to_the_first_and_a_later_value_counts() {
+        let source = read("[a]\nb: 1\nc: 2\n[x]\n[a]\nb: 3 # new\nd: 4\n").unwrap_or_default();
+        let names: Vec<&str> = source.sections[0].options.iter().map(|option| option.name.as_str()).collect();
+        assert_eq!(names, ["b", "c", "d"]);
+        let entry = &source.sections[0].options[0];
+        assert_eq!((entry.value.as_str(), entry.comment.as_str(), entry.place.line), ("3", "new", 6));
+        assert_eq!(entry.earlier, [(Place { file: 0, line: 2 }, "1".to_owned())]);
+    }
+
+    #[test]
+    fn lines_that_klipper_cannot_read_are_errors_with_their_place() {
+        for (text, says) in [
+            ("b: 1", "printer.cfg:1: 'b: 1' stands in no [section]"),
+            ("[a]\nb", "printer.cfg:2: 'b' is no setting"),
+            ("[a]\n: 1", "printer.cfg:2"),
+        ] {
+            let error = read(text).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(error.contains(says), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn comments_above_belong_to_what_follows() {
+        let text = "# head\n\n# of a\n[a]\n# one\n# two\nb: 1\n\n# lost\n\nc: 2";
+        let source = read(text).unwrap_or_default();
+        assert_eq!(source.sections[0].above, ["of a"]);
+        assert_eq!(source.sections[0].options[0].above, ["one", "two"]);
+        assert_eq!(source.sections[0].options[1].above, Vec::<String>::new());
+    }
+
+    #[test]
+    fn includes_stand_in_the_first_column() {
+        assert_eq!(included("[include a/*.cfg] # x"), Some("a/*.cfg"));
+        assert_eq!(included(" [include a.cfg]"), None);
+        assert_eq!(included("#[include a.cfg]"), None);
+        assert_eq!(included("[included a.cfg]"), None);
+    }
+}

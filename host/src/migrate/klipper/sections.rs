@@ -339,3 +339,90 @@ pub fn unknown(name: &str) -> Verdict {
         None => Verdict::refused("not in Klipper's reference: a third-party section, or a misspelt name", "nothing"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::fmt::Write as _;
+
+    const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/klipper.md");
+    const BEGIN: &str = "| section | becomes | how, or why not | in Velvet |\n";
+
+    fn fate(row: &Row) -> &'static str {
+        match row.fate {
+            Fate::Converted => "converted",
+            Fate::Kept => "kept in printer.cfg",
+            Fate::Needless => "needless",
+            Fate::Refused => "refused",
+        }
+    }
+
+    fn table() -> String {
+        let mut out = String::from(BEGIN);
+        out += "|---|---|---|---|\n";
+        for row in SECTIONS {
+            let mark = if row.edition == Edition::English { " *" } else { "" };
+            let _ = writeln!(out, "| `{}`{mark} | {} | {} | {} |", row.name, fate(row), row.why, row.nearest);
+        }
+        out
+    }
+
+    /// `WRITE_KLIPPER=1` writes it.
+    #[test]
+    fn the_page_has_the_table_of_sections() {
+        let page = std::fs::read_to_string(PAGE).expect("docs/klipper.md");
+        let from = page.find(BEGIN).expect("the table's head");
+        let rest = &page[from..];
+        let to = from + rest.find("\n\n").map_or(rest.len(), |end| end + 1);
+        if std::env::var_os("WRITE_KLIPPER").is_some() {
+            std::fs::write(PAGE, format!("{}{}{}", &page[..from], table(), &page[to..])).expect("written");
+        } else {
+            assert_eq!(&page[from..to], table(), "WRITE_KLIPPER=1 cargo test -p host the_page_has writes it");
+        }
+    }
+
+    #[test]
+    fn every_section_of_the_reference_has_one_row() {
+        let names: BTreeSet<&str> = SECTIONS.iter().map(|row| row.name).collect();
+        assert_eq!((names.len(), SECTIONS.len()), (127, 127));
+        assert!(SECTIONS.iter().all(|row| !row.why.is_empty() && !row.nearest.is_empty()));
+    }
+
+    #[test]
+    fn a_section_is_found_by_its_kind_and_label() {
+        for (name, row) in [
+            ("stepper_x", "stepper_<name>"),
+            ("stepper_z2", "stepper_<name>"),
+            ("stepper_bed", "stepper_bed"),
+            ("extruder", "extruder"),
+            ("extruder1", "extruder<N>"),
+            ("extruder_stepper e", "extruder_stepper <name>"),
+            ("display", "display"),
+            ("display left", "display <name>"),
+            ("board_pins", "board_pins <name>"),
+            ("mcu", "mcu"),
+            ("mcu rpi", "mcu <name>"),
+            ("dual_carriage", "dual_carriage"),
+            ("dual_carriage u", "dual_carriage <name>"),
+            ("adxl345", "adxl345 [<name>]"),
+            ("adxl345 hotend", "adxl345 [<name>]"),
+        ] {
+            assert_eq!(find(name).map(|row| row.name), Some(row), "{name}");
+        }
+        assert!(find("gcode_shell_command x").is_none());
+    }
+
+    #[test]
+    fn sections_of_others_are_called_so() {
+        for (name, says) in [
+            ("gcode_shell_command backup", "Linux"),
+            ("mmu_servo", "Happy Hare"),
+            ("led_effect panel", "LED effect"),
+            ("flux_capacitor", "misspelt"),
+        ] {
+            let verdict = unknown(name);
+            assert!(verdict.reason.contains("third-party") && verdict.reason.contains(says), "{}", verdict.reason);
+        }
+    }
+}

@@ -156,11 +156,6 @@ impl Wiring {
         }
     }
 
-    /// Returns whether a place is taken.
-    pub fn is_taken(&self, pin: &str) -> bool {
-        self.taken.contains(&pin)
-    }
-
     /// Returns the best free place of a role, and takes it.
     pub fn take(&mut self, role: Role) -> Option<Place> {
         let (_, places) = PLACES.iter().find(|(of, _)| *of == role)?;

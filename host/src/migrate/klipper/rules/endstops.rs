@@ -13,6 +13,8 @@ const CONNECTORS: [(&str, [(&str, &str); 2]); 3] = [
     ("Y", [("PI1", "connector Y min"), ("PA9", "connector Y max")]),
     ("Z", [("PI0", "connector Z min"), ("PH15", "connector Z max")]),
 ];
+/// Length of a line of the configuration.
+const LONGEST_LINE: usize = 96;
 /// Outputs of the on-board drivers that tell a stall.
 const STALLS: [(&str, &str); 3] = [("alpha", "PK4"), ("beta", "PK5"), ("gamma", "PJ15")];
 
@@ -223,16 +225,23 @@ pub fn finish(m: &mut Migration<'_>) {
     let hop = safe.and_then(|safe| safe.number("z_hop")).filter(|hop| *hop > 0.0);
     let hop_speed = safe.and_then(|safe| safe.number("z_hop_speed")).unwrap_or(15.0) * 60.0;
     let height = ["probe", "bltouch"].iter().find_map(|name| m.source.section(name)?.number("z_offset"));
-    let mut line = String::new();
-    if let Some(hop) = hop {
-        line += &format!("G91 G0 Z{} F{} G90 ", text(hop), text(hop_speed));
-    }
+    // Nobody knows how high the tool is, and X and Y must not drag it over the bed.
+    let mut line = hop.map_or_else(String::new, |hop| format!("G91 G0 Z{} F{} G90 ", text(hop), text(hop_speed)));
     line += "G28 X Y ";
     if let Some([x, y]) = place.as_deref() {
         line += &format!("G53 G0 X{} Y{} F{} ", text(*x), text(*y), text(speed));
     }
-    line += &format!("G30 Z{}", text(height.unwrap_or(0.0)));
+    // The tool stays at the contact until the machine knows how high it is there.
+    line += &format!("G30 L G28.3 Z{}", text(height.unwrap_or(0.0)));
+    let lift = hop.unwrap_or(5.0).max(height.unwrap_or(0.0));
+    line += &format!(" G0 Z{}", text(lift));
+    if m.written(("zprobe", "", "deploy_gcode")).is_some() {
+        line += " M402";
+    }
     m.write(("endstops", "common", "home_gcode"), line.replace(' ', "_"), "Z homes by the probe");
     m.write(("cartesian grid leveling strategy", "", "do_home"), "false", "home_gcode homes");
+    if line.len() > LONGEST_LINE {
+        m.ask(format!("[endstops] common.home_gcode: the line is longer than {LONGEST_LINE}: shorten its numbers"));
+    }
     m.ask("Z homes by the probe: try G28 with a hand at the kill button, and compare [zprobe] probe_offsets");
 }

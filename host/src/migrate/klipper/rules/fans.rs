@@ -1,7 +1,7 @@
 //! Fans: those that codes set, and those that follow heaters, motors or a temperature.
 
 use super::super::account::{Class, Verdict};
-use super::super::migration::{Migration, instance, text};
+use super::super::migration::{Migration, text};
 use super::super::wiring::Role;
 use super::table::{Change, NUMBER, Rule, apply};
 use super::{heat, outputs, sensors};

@@ -1,7 +1,7 @@
 //! Heaters and temperature sensors.
 
 use super::super::account::{Class, Verdict};
-use super::super::migration::{Migration, instance, text};
+use super::super::migration::{Migration, text};
 use super::super::wiring::Role;
 use super::sensors;
 use super::table::{Change, NUMBER, Rule, apply};

@@ -2,7 +2,7 @@
 
 use super::super::account::{Class, Verdict};
 use super::super::migration::{Migration, instance, text};
-use super::super::source::{number, truth};
+use super::super::source::truth;
 use super::super::wiring::Role;
 use super::table::{Change, NUMBER, Rule, apply};
 
@@ -209,9 +209,4 @@ fn one_line(script: &str) -> Option<&str> {
     let first = lines.next().unwrap_or("");
     let is_plain = lines.next().is_none() && !first.contains(['{', '}', '#']) && first.len() <= LONGEST_LINE;
     is_plain.then_some(first)
-}
-
-/// Returns whether a value is a number above zero.
-pub fn is_on(value: &str) -> bool {
-    number(value).is_some_and(|value| value > 0.0) || truth(value) == Some(true)
 }

@@ -15,8 +15,6 @@ pub enum Rule {
     Refused(&'static str, &'static str),
     /// Says what Velvet does anyway; any other value is refused with the reason and the nearest thing.
     Only(&'static str, &'static str, &'static str),
-    /// Is part of what another option becomes, with the reason.
-    Merged(&'static str),
     /// Stays in printer.cfg, which the board reads.
     Kept,
 }
@@ -42,7 +40,7 @@ pub const NUMBER: Change = Change::Times(1.0);
 /// Applies rules to the options of a section that are there and have no verdict yet.
 pub fn apply(m: &mut Migration<'_>, section: usize, instance: &str, rows: &[(&str, Rule)]) {
     for (option, rule) in rows {
-        let Some(value) = m.section(section).get(option) else { continue };
+        let Some(value) = m.section(section).get(option).filter(|_| !m.is_judged(section, option)) else { continue };
         match *rule {
             Rule::To(to, key, change) => convert(m, section, option, (to, instance, key), change, value),
             Rule::Needless(why) => m.needless(section, option, why),
@@ -51,7 +49,6 @@ pub fn apply(m: &mut Migration<'_>, section: usize, instance: &str, rows: &[(&st
                 true => m.judge(section, option, Verdict::new(Class::Converted, "Velvet does so anyway")),
                 false => m.refuse(section, option, why, nearest),
             },
-            Rule::Merged(reason) => m.merged(section, option, reason, ""),
             Rule::Kept => m.judge(section, option, Verdict::kept(KEPT)),
         }
     }
