@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check macros bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check macros klipper-files bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
 .PHONY: web page test-web test-page
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
@@ -186,6 +186,12 @@ macros: target/toolchain.mk
 	@test -n "$(DIR)" || { echo "make macros: say which folder with DIR=folder"; exit 2; }
 	@$(CARGO) build -q --locked -p macros --example desk
 	@python3 scripts/macros.py corpus target/debug/examples/desk "$(DIR)" out/macros
+
+## make klipper-files DIR=folder  every printer.cfg in a folder migrated, and counted by another reader; needs Python
+klipper-files: target/toolchain.mk
+	@test -n "$(DIR)" || { echo "make klipper-files: say which folder with DIR=folder"; exit 2; }
+	@$(CARGO) build -q --locked -p host
+	@python3 scripts/klipper_files.py target/debug/velvet "$(DIR)" out/klipper-files
 
 test-lint: target/toolchain.mk
 	@echo "== rules and lints"
