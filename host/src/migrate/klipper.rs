@@ -84,6 +84,12 @@ impl Outcome {
             let path = folder.join(name);
             std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
         };
+        let config = folder.join("config.ini");
+        // What a person has changed since an earlier migration is not lost.
+        if std::fs::read_to_string(&config).is_ok_and(|known| known != self.text) {
+            let previous = folder.join("previous-config.ini");
+            std::fs::rename(&config, &previous).with_context(|| format!("cannot write {}", previous.display()))?;
+        }
         write("config.ini", &self.text)?;
         write("report.json", &page::json(self, source))?;
         write("report.html", &page::html(self, source))?;
@@ -126,4 +132,199 @@ fn copies(source: &Source) -> Vec<(PathBuf, PathBuf)> {
     while !all.iter().all(|path| path.starts_with(&root)) && root.pop() {}
     let placed = |path: &PathBuf| path.strip_prefix(&root).unwrap_or(path).to_owned();
     source.files.iter().cloned().zip(all.iter().map(placed)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use source::{Entry, Section};
+
+    /// Sections and options that rules look at, and some that no rule knows.
+    const KINDS: &[&str] = &[
+        "printer",
+        "stepper_x",
+        "stepper_y",
+        "stepper_z",
+        "stepper_z1",
+        "extruder",
+        "extruder1",
+        "heater_bed",
+        "fan",
+        "heater_fan a",
+        "controller_fan b",
+        "temperature_fan c",
+        "output_pin d",
+        "probe",
+        "bltouch",
+        "bed_mesh",
+        "z_tilt",
+        "quad_gantry_level",
+        "screws_tilt_adjust",
+        "tmc2209 stepper_x",
+        "tmc5160 stepper_z1",
+        "servo e",
+        "neopixel f",
+        "led g",
+        "gcode_button h",
+        "filament_switch_sensor i",
+        "input_shaper",
+        "safe_z_home",
+        "board_pins",
+        "verify_heater extruder",
+        "thermistor j",
+        "adc_temperature k",
+        "gcode_macro L",
+        "display",
+        "mmu_servo m",
+        "xyz",
+    ];
+    const OPTIONS: &[&str] = &[
+        "kinematics",
+        "max_velocity",
+        "max_accel",
+        "max_z_accel",
+        "step_pin",
+        "dir_pin",
+        "enable_pin",
+        "microsteps",
+        "rotation_distance",
+        "gear_ratio",
+        "endstop_pin",
+        "position_endstop",
+        "position_max",
+        "position_min",
+        "pin",
+        "heater_pin",
+        "sensor_type",
+        "sensor_pin",
+        "control",
+        "pid_kp",
+        "max_temp",
+        "heater",
+        "value",
+        "pwm",
+        "scale",
+        "run_current",
+        "cs_pin",
+        "uart_address",
+        "points",
+        "z_positions",
+        "gantry_corners",
+        "screw1",
+        "mesh_min",
+        "mesh_max",
+        "probe_count",
+        "faulty_region_1_min",
+        "faulty_region_1_max",
+        "press_gcode",
+        "switch_pin",
+        "shaper_type",
+        "shaper_freq_x",
+        "home_xy_position",
+        "aliases",
+        "check_gain_time",
+        "temperature1",
+        "voltage1",
+        "temperature2",
+        "voltage2",
+        "control_pin",
+        "color_order",
+        "shared_heater",
+        "nonsense",
+        "red_pin",
+        "gcode",
+    ];
+    const VALUES: &[&str] = &[
+        "",
+        "0",
+        "1",
+        "-3",
+        "16",
+        "40",
+        "1e9",
+        "nan",
+        "yes",
+        "pid",
+        "watermark",
+        "cartesian",
+        "corexy",
+        "delta",
+        "generic_cartesian",
+        "^!PA1",
+        "PB2",
+        "z:PB2",
+        "probe:z_virtual_endstop",
+        "tmc2209_stepper_x:virtual_endstop",
+        "EPCOS 100K B57560G104F",
+        "temperature_host",
+        "MAX31856",
+        "j",
+        "k",
+        "10, 20",
+        "10,20\n30,40",
+        "80:20",
+        "0:0",
+        "extruder",
+        "extruder, heater_bed",
+        "G28",
+        "{x}",
+        "A=B, B=A",
+        "GRB,RGB",
+        "mzv",
+        "ei",
+        "bicubic",
+        "lagrange",
+    ];
+
+    fn any_of(list: &'static [&'static str]) -> impl Strategy<Value = String> {
+        proptest::sample::select(list).prop_map(str::to_owned)
+    }
+
+    fn any_section() -> impl Strategy<Value = Section> {
+        let options = proptest::collection::btree_map(any_of(OPTIONS), any_of(VALUES), 0..24);
+        (any_of(KINDS), options).prop_map(|(name, options)| {
+            let entry = |(name, value)| Entry { name, value, ..Entry::default() };
+            Section { name, options: options.into_iter().map(entry).collect(), ..Section::default() }
+        })
+    }
+
+    proptest! {
+        /// Whatever a file says: every option has one verdict with a reason or a result, the new file can be
+        /// read, and no pin is given out twice.
+        #[test]
+        fn every_file_comes_to_an_account(sections in proptest::collection::vec(any_section(), 0..16)) {
+            let mut once: Vec<Section> = Vec::new();
+            for section in sections {
+                if once.iter().all(|known| known.name != section.name) {
+                    once.push(section);
+                }
+            }
+            let source = Source { files: vec!["printer.cfg".into()], sections: once, ..Source::default() };
+            let outcome = Outcome::new(&source);
+            for (section, of) in source.sections.iter().zip(&outcome.account.0) {
+                prop_assert!(of.section.is_some(), "{}", section.name);
+                for (entry, verdict) in section.options.iter().zip(&of.options) {
+                    let told = verdict.as_ref().is_some_and(|v| !v.reason.is_empty() || !v.becomes.is_empty());
+                    prop_assert!(told, "[{}] {}", section.name, entry.name);
+                }
+            }
+            let twice = outcome.findings.iter().find(|finding| finding.reason.contains("is used by"));
+            prop_assert!(twice.is_none(), "{:?}\n{}", twice, outcome.text);
+        }
+
+        /// No text makes the reader panic.
+        #[test]
+        fn any_text_is_read_or_refused(text in "[\\[\\]a-z:=#; \\n\\t_]{0,120}") {
+            let mut source = Source { files: vec!["printer.cfg".into()], ..Source::default() };
+            let mut reader = reader::Reader::new(&mut source);
+            let place = source::Place::default();
+            let is_read = text.split('\n').all(|line| reader.line(line, place).is_ok());
+            reader.end();
+            if is_read {
+                let options: usize = source.sections.iter().map(|section| section.options.len()).sum();
+                prop_assert_eq!(Outcome::new(&source).account.options().all, options);
+            }
+        }
+    }
 }

@@ -210,7 +210,10 @@ impl<'a> Migration<'a> {
             self.refuse(section, option, &why, "docs/hardware.md lists its pins");
             return None;
         };
-        self.wiring.note(format!("{what} of [{who}]"), &entry.value, place.pin, place.label, place.remark);
+        let was_low = pin.is_inverted && matches!(role, Role::Load | Role::Hotend | Role::Bed);
+        let low = if was_low { "was active low on the old board" } else { "" };
+        let remarks: Vec<&str> = [place.remark, low].into_iter().filter(|remark| !remark.is_empty()).collect();
+        self.wiring.note(format!("{what} of [{who}]"), &entry.value, place.pin, place.label, &remarks.join("; "));
         Some((place, pin))
     }
 }

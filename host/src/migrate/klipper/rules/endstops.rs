@@ -13,6 +13,8 @@ const CONNECTORS: [(&str, [(&str, &str); 2]); 3] = [
     ("Y", [("PI1", "connector Y min"), ("PA9", "connector Y max")]),
     ("Z", [("PI0", "connector Z min"), ("PH15", "connector Z max")]),
 ];
+/// Longest way to a switch, mm: belts without an end have travels of kilometres.
+const LONGEST_WAY: f64 = 10_000.0;
 /// Length of a line of the configuration.
 const LONGEST_LINE: usize = 96;
 /// Outputs of the on-board drivers that tell a stall.
@@ -101,7 +103,7 @@ fn homing(m: &mut Migration<'_>, section: usize, name: &str, to_max: bool) {
         };
         if way > 0.0 {
             let comment = "mm; half as much again as the travel, as Klipper does";
-            m.write(("endstops", name, "max_travel"), text(way * 1.5), comment);
+            m.write(("endstops", name, "max_travel"), text((way * 1.5).min(LONGEST_WAY)), comment);
         }
     }
     let fast = m.number(section, "homing_speed").unwrap_or(5.0);
@@ -214,8 +216,17 @@ fn homed_by_probe(m: &Migration<'_>) -> bool {
     z.is_some_and(|pin| pin.is_virtual() && pin.mcu == "probe")
 }
 
-/// Writes the line that homes Z by the probe, and the place where it does.
+/// Writes what axes have in common: their order, and how Z homes by the probe.
 pub fn finish(m: &mut Migration<'_>) {
+    let homes = |axis: &str| m.entries.iter().any(|e| (e.section, &*e.key, &*e.value) == ("endstops", "axis", axis));
+    if !is_delta(m) && homes("X") && homes("Y") {
+        m.write(("endstops", "common", "homing_order"), "XYZ", "one after another, as Klipper does");
+    }
+    by_line(m);
+}
+
+/// Writes the line that homes Z by the probe, and the place where it does.
+fn by_line(m: &mut Migration<'_>) {
     if !homed_by_probe(m) || m.written(("zprobe", "", "enable")).is_none() {
         return;
     }

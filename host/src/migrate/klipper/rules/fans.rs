@@ -7,6 +7,7 @@ use super::table::{Change, NUMBER, Rule, apply};
 use super::{heat, outputs, sensors};
 
 const FAN: &str = "fan";
+const MOST: usize = 8;
 /// Time that Klipper gives a fan full power when it starts, where the file does not say one, s.
 const KICK_START: &str = "0.1";
 
@@ -23,6 +24,12 @@ const COMMON: &[(&str, Rule)] = &[
 
 /// Makes the output and the fan of a section; `name` is the instance of both.
 fn fan(m: &mut Migration<'_>, section: usize, name: &str) -> bool {
+    if m.entries.iter().filter(|entry| (entry.section, &*entry.key) == (FAN, "enable")).count() >= MOST {
+        let why = "Velvet has eight fans";
+        m.ask(format!("[{}]: {why}; it is left out", m.section(section).name));
+        m.judge_rest(section, &Verdict::refused(why, "[switch]"));
+        return false;
+    }
     if !outputs::load(m, section, "pin", name, "fan") {
         return false;
     }

@@ -6,6 +6,8 @@ use super::super::wiring::Role;
 use super::sensors;
 use super::table::{Change, NUMBER, Rule, apply};
 
+/// Longest time of a check of a heater, s.
+const LONGEST_CHECK: f64 = 86_400.0;
 const TEMPERATURE: &str = "temperature control";
 /// Temperature controls beside the board's own.
 const MOST: usize = 7;
@@ -124,6 +126,11 @@ pub fn verify(m: &mut Migration<'_>, section: usize) {
         ("check_gain_time", Rule::To(TEMPERATURE, "verify_gain_time", Change::Whole(1.0))),
         ("max_error", Rule::To(TEMPERATURE, "verify_max_error", NUMBER)),
     ];
+    if let Some(seconds) = m.number(section, "check_gain_time").filter(|seconds| *seconds > LONGEST_CHECK) {
+        let why = format!("{seconds} s switch the check off, which 0 does");
+        m.put_for(section, "check_gain_time", (TEMPERATURE, &name, "verify_gain_time"), "0", &why);
+        m.ask(format!("{name}: [verify_heater {label}] switches the check of its heater off: is that meant?"));
+    }
     apply(m, section, &name, rows);
     m.judge_section(section, Verdict::new(Class::Converted, "heat safety of the same rules"));
 }

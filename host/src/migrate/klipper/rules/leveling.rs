@@ -17,6 +17,11 @@ const ALIGNMENT: &str = "z alignment";
 pub fn mesh(m: &mut Migration<'_>, section: usize) {
     let is_round = matches!(kinematics(m).as_deref(), Some("delta" | "rotary_delta"));
     let strategy = if is_round { "delta grid" } else { "cartesian grid" };
+    let area = if is_round { "mesh_radius" } else { "mesh_max" };
+    if m.section(section).get(area).is_none() {
+        let why = "a mesh without its area";
+        return m.judge_rest(section, &Verdict::refused(why, "[zprobe] leveling"));
+    }
     m.write(("zprobe", "", "leveling"), strategy, "of [bed_mesh]");
     if is_round {
         of_delta(m, section)

@@ -104,6 +104,9 @@ pub fn printer(m: &mut Migration<'_>, section: usize) {
         ("move_flush_time", Rule::Needless("there is no line between planning and steps")),
     ];
     apply(m, section, "", rows);
+    if name == "delta" && m.section(section).get("minimum_z_position").is_none() {
+        m.put(section, "minimum_z_position", ("soft endstop", "", "z_min"), "0");
+    }
     for (option, key, value) in [
         ("square_corner_velocity", "square_corner_velocity", CORNER_SPEED),
         ("minimum_cruise_ratio", "minimum_cruise_ratio", CRUISE_RATIO),

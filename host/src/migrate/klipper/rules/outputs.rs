@@ -139,6 +139,11 @@ pub fn strip(m: &mut Migration<'_>, section: usize) {
 }
 
 fn colours(m: &mut Migration<'_>, section: usize, name: &str) {
+    let is_chain = m.section(section).kind() == "neopixel";
+    let has_white = m.section(section).get("color_order").is_some_and(|order| order.contains(['w', 'W']));
+    if is_chain && !has_white {
+        m.needless(section, "initial_white", "its chips have no white");
+    }
     let rows: &[(&str, Rule)] = &[
         ("initial_red", Rule::To(STRIP, "initial_red", NUMBER)),
         ("initial_green", Rule::To(STRIP, "initial_green", NUMBER)),
