@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use config::{BoardId, Diagnostic, Summary};
 
+use crate::run::Chip;
 use board::Board;
 use convert::{Conversion, ToDo};
 
@@ -30,13 +31,16 @@ pub struct Options {
     /// v1: which new pin takes the place of which old one, `2.5 = PE3` a line [default: the Smoothieboard v1's]
     #[arg(long, value_name = "FILE")]
     board: Option<PathBuf>,
+    /// Klipper: which drivers the new board has
+    #[arg(long, value_enum, default_value_t = Chip::Tmc2590)]
+    drivers: Chip,
 }
 
 /// Writes the new file and prints the work that is left; returns whether the machine could start with the
 /// file.
 pub fn migrate(options: &Options) -> Result<bool> {
     if klipper::is_klipper(&options.file)? {
-        return klipper::migrate(&options.file, options.out.as_deref());
+        return klipper::migrate(&options.file, options.out.as_deref(), options.drivers.board());
     }
     let read = |path: &Path| std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
     let text = String::from_utf8_lossy(&read(&options.file)?).into_owned();

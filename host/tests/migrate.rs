@@ -228,3 +228,60 @@ fn nonsense_in_any_option_is_accounted_for() {
         assert_eq!(report["options"]["all"].as_u64(), Some(verdicts(&report).len() as u64), "{nonsense}");
     }
 }
+
+#[test]
+fn currents_keep_within_the_drivers_that_the_board_has() {
+    let base = folder("drivers");
+    let printer = std::fs::read_to_string(PRINTER).expect("ours").replace("[include parts/*.cfg]", "");
+    let own = "\n[tmc2660 stepper_y]\ncs_pin: PB0\nrun_current: 2.4\nsense_resistor: 0.051\nidle_current_percent: 50\n\
+               driver_SEMIN: 2\ndriver_SEMAX: 4\ndriver_SEUP: 1\ndriver_SEIMIN: 1\ndriver_SGT: 5\ndriver_TOFF: 4\n";
+    let (head, saved) = printer.split_once("#*# <---").expect("the block");
+    let file = base.join("printer.cfg");
+    std::fs::write(&file, format!("{head}{own}#*# <---{saved}")).expect("written");
+    for (drivers, amps, idle) in [("tmc2590", "3.394", "1697"), ("tmc2660", "2.8", "1400")] {
+        let out = base.join(drivers);
+        let run = velvet(&["migrate", text(&file), "--drivers", drivers, "--out", text(&out)]);
+        assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+        let new = settings(&out);
+        let setting = |name: &str| new.get(name).map(String::as_str);
+        assert_eq!(setting("[current control] beta.current"), Some(amps), "{drivers}");
+        assert_eq!(setting(&format!("[{drivers}] beta.standstill_current")), Some(idle), "{drivers}");
+        assert_eq!(setting(&format!("[{drivers}] beta.coolstep_lower")), Some("64"));
+        assert_eq!(setting(&format!("[{drivers}] beta.coolstep_upper")), Some("224"));
+        assert_eq!(setting(&format!("[{drivers}] beta.coolstep_up")), Some("2"));
+        assert_eq!(setting(&format!("[{drivers}] beta.coolstep_least")), Some("quarter"));
+        assert_eq!(setting(&format!("[{drivers}] beta.stall_threshold")), Some("5"));
+        assert_eq!(setting("[actuator] beta.driver"), Some(drivers));
+        assert_eq!(said(&run).contains("2.4 A rms are 3.394 A at the peak"), drivers == "tmc2660", "{}", said(&run));
+    }
+}
+
+#[test]
+fn an_edited_file_is_not_lost_when_the_printer_is_migrated_again() {
+    let (_, _, out) = migrate(PRINTER, "again");
+    std::fs::write(out.join("config.ini"), "# mine\n").expect("edited");
+    velvet(&["migrate", PRINTER, "--out", text(&out)]);
+    assert_eq!(std::fs::read_to_string(out.join("previous-config.ini")).expect("kept"), "# mine\n");
+}
+
+#[test]
+fn z_that_homes_by_the_probe_homes_by_a_line() {
+    let base = folder("by_probe");
+    let printer = std::fs::read_to_string(PRINTER).expect("ours").replace("[include parts/*.cfg]", "");
+    let printer = printer.replace("endstop_pin: PG10\nposition_endstop: 0.3", "endstop_pin: probe:z_virtual_endstop");
+    let bltouch = "[safe_z_home]\nhome_xy_position: 150, 140\nspeed: 80\nz_hop: 10\n\n[bltouch]\ncontrol_pin: PB6\nsensor_pin: ^PB7\n";
+    let printer = printer.replace("[probe]\npin: PB7\n", bltouch);
+    let file = base.join("printer.cfg");
+    std::fs::write(&file, printer).expect("written");
+    let run = velvet(&["migrate", text(&file), "--out", text(&base.join("out"))]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let new = settings(&base.join("out"));
+    let line = "G91_G0_Z10_F900_G90_G28_X_Y_G53_G0_X150_Y140_F4800_G30_L_G28.3_Z1.5_G0_Z10_M402";
+    assert_eq!(new["[endstops] common.home_gcode"], line);
+    assert_eq!(new["[zprobe] deploy_gcode"], "M280 S650 G4 P680");
+    let job = base.join("job.gcode");
+    std::fs::write(&job, "G28\nG28.6\nG1 Z5 F600\nM400\n").expect("written");
+    let config = base.join("out/config.ini");
+    let ran = velvet(&["run", "--config", text(&config), "--gcode", text(&job), "--out", text(&base.join("run"))]);
+    assert!(ran.status.success(), "{}", said(&ran));
+}

@@ -36,9 +36,9 @@ pub fn is_klipper(path: &Path) -> Result<bool> {
 }
 
 /// Writes the folder of the new machine; returns whether it could start with it.
-pub fn migrate(path: &Path, out: Option<&Path>) -> Result<bool> {
+pub fn migrate(path: &Path, out: Option<&Path>, board: BoardId) -> Result<bool> {
     let source = files::read(path)?;
-    let outcome = Outcome::new(&source);
+    let outcome = Outcome::new(&source, board);
     match out {
         None => print!("{}", outcome.text),
         Some(folder) if folder.is_file() => {
@@ -63,8 +63,8 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn new(source: &Source) -> Self {
-        let mut migration = Migration::new(source);
+    fn new(source: &Source, board: BoardId) -> Self {
+        let mut migration = Migration::new(source, board);
         rules::apply(&mut migration);
         let Migration { account, entries, mut to_do, wiring, .. } = migration;
         for (place, remark) in &source.remarks {
@@ -73,7 +73,7 @@ impl Outcome {
         to_do.push("motors: try the direction of each; to turn one, add or take away the ! of its dir_pin".to_owned());
         let text = ini::write(HEAD, &to_do, &entries);
         let mut findings: Vec<Diagnostic> = Vec::new();
-        let (_, summary) = config::parse(text.as_bytes(), BoardId::default(), &mut findings);
+        let (_, summary) = config::parse(text.as_bytes(), board, &mut findings);
         Self { text, account, to_do, wires: wiring.wires, findings, summary }
     }
 
@@ -301,7 +301,7 @@ mod tests {
                 }
             }
             let source = Source { files: vec!["printer.cfg".into()], sections: once, ..Source::default() };
-            let outcome = Outcome::new(&source);
+            let outcome = Outcome::new(&source, BoardId::default());
             for (section, of) in source.sections.iter().zip(&outcome.account.0) {
                 prop_assert!(of.section.is_some(), "{}", section.name);
                 for (entry, verdict) in section.options.iter().zip(&of.options) {
@@ -323,7 +323,7 @@ mod tests {
             reader.end();
             if is_read {
                 let options: usize = source.sections.iter().map(|section| section.options.len()).sum();
-                prop_assert_eq!(Outcome::new(&source).account.options().all, options);
+                prop_assert_eq!(Outcome::new(&source, BoardId::default()).account.options().all, options);
             }
         }
     }

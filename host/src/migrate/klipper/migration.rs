@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use config::BoardId;
+
 use super::super::ini;
 use super::account::{Account, Class, Verdict};
 use super::pins::{Aliases, Pin};
@@ -11,8 +13,30 @@ use super::wiring::{Place, Role, Wiring};
 /// Setting of the new file: section, instance, key.
 pub type Target<'t> = (&'static str, &'t str, &'t str);
 
+/// Drivers of the board that a file is migrated to.
+#[derive(Clone, Copy, Debug)]
+pub struct Board {
+    /// Section of its drivers.
+    pub section: &'static str,
+    /// Sense resistors, mOhm.
+    pub sense_resistor: &'static str,
+    /// Greatest peak current with these, A.
+    pub most_amps: f64,
+}
+
+impl Board {
+    /// Returns the drivers of a board.
+    pub const fn new(id: BoardId) -> Self {
+        match id {
+            BoardId::Prime2590 => Self { section: "tmc2590", sense_resistor: "50", most_amps: 5.5 },
+            BoardId::Prime2660 => Self { section: "tmc2660", sense_resistor: "100", most_amps: 2.8 },
+        }
+    }
+}
+
 /// Migration under way.
 pub struct Migration<'a> {
+    pub board: Board,
     pub source: &'a Source,
     pub aliases: Aliases,
     pub account: Account,
@@ -26,8 +50,9 @@ pub struct Migration<'a> {
 }
 
 impl<'a> Migration<'a> {
-    pub fn new(source: &'a Source) -> Self {
+    pub fn new(source: &'a Source, board: BoardId) -> Self {
         Self {
+            board: Board::new(board),
             source,
             aliases: Aliases::of(source),
             account: Account::new(source),

@@ -7,14 +7,12 @@ use super::super::migration::{Migration, text};
 use super::motors::is_on_board;
 use super::table::{Change, NUMBER, Rule, apply};
 
-/// Greatest peak current of the on-board driver with its resistor of 50 mOhm, A.
-const MOST_AMPS: f64 = 5.5;
 /// Current that no motor minds, A, until a person writes the right one.
 const UNKNOWN_AMPS: &str = "0.5";
 const OWN_WIRES: &str = "the board's drivers are wired to it";
-const CHOPPER: &str = "the TMC2590 chops otherwise: tune_driver works out its own";
-const NO_STEALTH: &str = "the TMC2590 has no stealthChop";
-const STALL_SCALE: &str = "the TMC2590 has another scale of load: find the threshold anew";
+const CHOPPER: &str = "the board's drivers chop otherwise, and tune_driver finds it out";
+const NO_STEALTH: &str = "the board's drivers have no stealthChop";
+const OTHER_LOAD: &str = "the board's drivers measure the load on another scale";
 
 /// Converts a driver's section: `[tmc2209 stepper_x]`.
 pub fn driver(m: &mut Migration<'_>, section: usize) {
@@ -45,45 +43,86 @@ fn current(m: &mut Migration<'_>, section: usize, motor: &'static str, most: f64
 }
 
 fn on_board(m: &mut Migration<'_>, section: usize, motor: &'static str) {
-    let given = current(m, section, motor, MOST_AMPS);
+    let family = m.board.section;
+    let given = current(m, section, motor, m.board.most_amps);
     let rest = m.number(section, "hold_current").map(peak);
     if let Some(rest) = rest {
         // As much as it runs with, or more, is the full current at rest.
         let lower = given.filter(|given| rest >= *given).map_or(rest, |_| 0.0);
         let amps = text((lower * 1000.0).round());
-        m.put(section, "hold_current", ("tmc2590", motor, "standstill_current"), amps);
+        m.put(section, "hold_current", (family, motor, "standstill_current"), amps);
     }
     if let (Some(percent), Some(given)) = (m.number(section, "idle_current_percent"), given) {
         let lower = if percent >= 100.0 { 0.0 } else { given * percent * 10.0 };
-        m.put(section, "idle_current_percent", ("tmc2590", motor, "standstill_current"), text(lower.round()));
+        m.put(section, "idle_current_percent", (family, motor, "standstill_current"), text(lower.round()));
     }
     if m.section(section).get("interpolate").is_none() {
-        m.put(section, "interpolate", ("tmc2590", motor, "step_interpolation"), "true");
+        m.put(section, "interpolate", (family, motor, "step_interpolation"), "true");
     }
-    m.write(("tmc2590", motor, "sense_resistor"), "50", "mOhm, as on the board");
+    if m.section(section).kind() == "tmc2660" {
+        load(m, section, motor);
+    }
+    apply(m, section, motor, &[("interpolate", Rule::To(family, "step_interpolation", Change::Truth))]);
     apply(m, section, motor, ON_BOARD);
     wires(m, section);
     let names: Vec<&str> = m.section(section).options.iter().map(|option| option.name.as_str()).collect();
     for option in names.into_iter().filter(|name| name.starts_with("driver_")) {
-        m.refuse(section, option, CHOPPER, "tune_driver (docs/drivers.md), [tmc2590] reg");
+        let is_load = ["driver_sg", "driver_se", "driver_sfilt"].iter().any(|start| option.starts_with(start));
+        let (why, nearest) = match is_load {
+            true => (OTHER_LOAD, "[endstops] stall_threshold, coolstep_lower"),
+            false => (CHOPPER, "tune_driver (docs/drivers.md), reg of the driver's section"),
+        };
+        m.refuse(section, option, why, nearest);
+    }
+}
+
+/// Converts what a TMC2660 does by the load of its motor: the board's driver measures it in the same way.
+fn load(m: &mut Migration<'_>, section: usize, motor: &'static str) {
+    let family = m.board.section;
+    apply(
+        m,
+        section,
+        motor,
+        &[
+            ("driver_sgt", Rule::To(family, "stall_threshold", NUMBER)),
+            ("driver_sfilt", Rule::To(family, "stall_filter", Change::Truth)),
+        ],
+    );
+    let fields = ["driver_semin", "driver_semax", "driver_seup", "driver_sedn", "driver_seimin"];
+    let [least, most, up, down, floor] = fields.map(|option| m.number(section, option));
+    let Some(least) = least.filter(|least| *least > 0.0) else {
+        for option in fields {
+            m.merged(section, option, "coolStep is off", "");
+        }
+        return;
+    };
+    m.put(section, "driver_semin", (family, motor, "coolstep_lower"), text(32.0 * least));
+    if let Some(most) = most {
+        m.put(section, "driver_semax", (family, motor, "coolstep_upper"), text(32.0 * (least + most + 1.0)));
+    }
+    let word = |field: Option<f64>, words: [&'static str; 4]| Some(*words.get(field? as usize)?);
+    if let Some(value) = word(up, ["1", "2", "4", "8"]) {
+        m.put(section, "driver_seup", (family, motor, "coolstep_up"), value);
+    }
+    if let Some(value) = word(down, ["32", "8", "2", "1"]) {
+        m.put(section, "driver_sedn", (family, motor, "coolstep_down"), value);
+    }
+    if let Some(floor) = floor {
+        let value = if floor > 0.0 { "quarter" } else { "half" };
+        m.put(section, "driver_seimin", (family, motor, "coolstep_least"), value);
     }
 }
 
 const ON_BOARD: &[(&str, Rule)] = &[
-    ("interpolate", Rule::To("tmc2590", "step_interpolation", Change::Truth)),
-    ("sense_resistor", Rule::Needless("the board's own resistors count, 50 mOhm")),
-    ("rref", Rule::Needless("the board's own resistors count, 50 mOhm")),
+    ("sense_resistor", Rule::Needless("the board's own resistors count")),
+    ("rref", Rule::Needless("the board's own resistors count")),
     ("diag_pin", Rule::Needless("the stall outputs of the board's drivers are wired")),
     ("diag0_pin", Rule::Needless("the stall outputs of the board's drivers are wired")),
     ("diag1_pin", Rule::Needless("the stall outputs of the board's drivers are wired")),
-    ("stealthchop_threshold", Rule::Only("0", NO_STEALTH, "[tmc2590] step_interpolation makes it quieter")),
-    ("coolstep_threshold", Rule::Refused("coolStep has no speed from which on it acts", "[tmc2590] coolstep_lower")),
-    ("high_velocity_threshold", Rule::Refused("the TMC2590 has no other mode at high speed", "nothing")),
+    ("stealthchop_threshold", Rule::Only("0", NO_STEALTH, "step_interpolation of the driver makes it quieter")),
+    ("coolstep_threshold", Rule::Refused("coolStep has no speed from which on it acts", "coolstep_lower")),
+    ("high_velocity_threshold", Rule::Refused("the driver has no other mode at high speed", "nothing")),
     ("microsteps", Rule::Needless("Klipper reads it in the section of the motor")),
-    ("driver_sgthrs", Rule::Refused(STALL_SCALE, "[endstops] stall_threshold")),
-    ("driver_sgt", Rule::Refused(STALL_SCALE, "[endstops] stall_threshold")),
-    ("driver_sg4_thrs", Rule::Refused(STALL_SCALE, "[endstops] stall_threshold")),
-    ("driver_semin", Rule::To("tmc2590", "coolstep_lower", Change::Times(32.0))),
 ];
 
 /// Gives verdicts on how the old board speaks to its drivers.
@@ -186,8 +225,9 @@ pub fn finish(m: &mut Migration<'_>) {
                 "[current control] {motor}.current: the old file does not say it (a trimmer does): write it"
             ));
         }
-        if is_there && m.written(("tmc2590", motor, "sense_resistor")).is_none() {
-            m.write(("tmc2590", motor, "sense_resistor"), "50", "mOhm, as on the board");
+        if is_there {
+            m.write((m.board.section, motor, "sense_resistor"), m.board.sense_resistor, "mOhm, as on the board");
+            m.write(("actuator", motor, "driver"), m.board.section, "on the board");
         }
     }
 }
