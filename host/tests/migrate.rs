@@ -285,3 +285,41 @@ fn z_that_homes_by_the_probe_homes_by_a_line() {
     let ran = velvet(&["run", "--config", text(&config), "--gcode", text(&job), "--out", text(&base.join("run"))]);
     assert!(ran.status.success(), "{}", said(&ran));
 }
+
+#[test]
+fn carriages_and_what_motors_move_become_axes_and_factors() {
+    let base = folder("generic");
+    let carriage = |axis: &str, pin: &str| {
+        format!("[carriage c{axis}]\naxis: {axis}\nendstop_pin: ^{pin}\nposition_endstop: 0\nposition_max: 200\n")
+    };
+    let motor = |name: &str, sum: &str| {
+        format!("[stepper {name}]\ncarriages: {sum}\nstep_pin: A\ndir_pin: B\nmicrosteps: 16\nrotation_distance: 40\n")
+    };
+    let printer = "[printer]\nkinematics: generic_cartesian\nmax_velocity: 200\nmax_accel: 2000\n".to_owned()
+        + &carriage("x", "PA1")
+        + &carriage("y", "PA2")
+        + &carriage("z", "PA3")
+        + &motor("one", "cx + cy")
+        + &motor("two", "cx - 0.5*cy")
+        + &motor("three", "cz")
+        + &motor("four", "cz")
+        + &motor("five", "nothing");
+    let file = base.join("printer.cfg");
+    std::fs::write(&file, printer).expect("written");
+    let run = velvet(&["migrate", text(&file), "--out", text(&base.join("out"))]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let new = settings(&base.join("out"));
+    for (setting, value) in [
+        ("[motion control] arm_solution", "generic_cartesian"),
+        ("[generic cartesian] alpha", "1,1,0"),
+        ("[generic cartesian] beta", "1,-0.5,0"),
+        ("[generic cartesian] gamma", "0,0,1"),
+        ("[actuator] delta.slaved_to", "gamma"),
+        ("[endstops] miny.pin", "PI1^"),
+        ("[soft endstop] z_max", "200"),
+    ] {
+        assert_eq!(new.get(setting).map(String::as_str), Some(value), "{setting}");
+    }
+    let all = verdicts(&report(&base.join("out")));
+    assert_eq!(all[&("stepper five".to_owned(), "carriages".to_owned())].0, "refused");
+}

@@ -45,6 +45,8 @@ pub struct Migration<'a> {
     pub wiring: Wiring,
     /// Motors by the section of the old file: `stepper_x` is `alpha`.
     pub motors: BTreeMap<String, &'static str>,
+    /// Motors that further ones copy, by the section of these, of generic kinematics.
+    pub slaves: BTreeMap<String, &'static str>,
     /// Temperature controls by the section of the old file: `heater_bed` is `bed`.
     pub heaters: BTreeMap<String, String>,
 }
@@ -60,6 +62,7 @@ impl<'a> Migration<'a> {
             to_do: Vec::new(),
             wiring: Wiring::default(),
             motors: BTreeMap::new(),
+            slaves: BTreeMap::new(),
             heaters: BTreeMap::new(),
         }
     }

@@ -5,6 +5,7 @@ mod endstops;
 mod extruder;
 mod fans;
 mod features;
+mod generic;
 mod geometry;
 mod heat;
 mod leveling;
@@ -26,6 +27,7 @@ const RULES: &[(&str, Rule)] = &[
     ("printer", machine::printer),
     ("extruder", extruder::extruder),
     ("stepper", motors::stepper),
+    ("carriage", generic::carriage),
     ("heater_bed", heat::bed),
     ("heater_generic", heat::generic),
     ("temperature_sensor", heat::sensor),

@@ -2,6 +2,7 @@
 
 use super::super::account::Verdict;
 use super::super::migration::{Migration, text};
+use super::generic;
 use super::table::{NUMBER, Rule, apply};
 
 /// Kinematics: Klipper's name, Velvet's name, the sections whose motors are alpha, beta, gamma.
@@ -16,7 +17,10 @@ const KINEMATICS: &[(&str, &str, [&str; 3])] = &[
     ("deltesian", "deltesian", ["stepper_left", "stepper_right", "stepper_y"]),
     ("polar", "polar", ["stepper_arm", "stepper_bed", "stepper_z"]),
     ("winch", "winch", ["stepper_a", "stepper_b", "stepper_c"]),
+    // Its motors have names of their own.
+    (GENERIC, GENERIC, ["", "", ""]),
 ];
+const GENERIC: &str = "generic_cartesian";
 /// Motors without one axis of their own.
 const SPARE: [&str; 3] = ["delta", "epsilon", "zeta"];
 /// Klipper's speed through a right angle, mm/s, where the file does not say one.
@@ -27,7 +31,9 @@ const CRUISE_RATIO: &str = "0.5";
 /// Finds a motor of the Prime for each section with a motor: axes, then extruders, then further motors.
 pub fn plan(m: &mut Migration<'_>) {
     let kinematics = kinematics(m).unwrap_or_default();
-    if let Some((_, _, sections)) = KINEMATICS.iter().find(|(name, ..)| *name == kinematics) {
+    if kinematics == GENERIC {
+        generic::plan(m);
+    } else if let Some((_, _, sections)) = KINEMATICS.iter().find(|(name, ..)| *name == kinematics) {
         for (section, motor) in sections.iter().zip(["alpha", "beta", "gamma"]) {
             m.motors.insert((*section).to_owned(), motor);
         }
@@ -68,6 +74,9 @@ pub fn kinematics(m: &Migration<'_>) -> Option<String> {
 
 /// Returns the motor that a further one of its axis copies: gamma of `stepper_z1`.
 pub fn master(m: &Migration<'_>, section: &str) -> Option<&'static str> {
+    if let Some(motor) = m.slaves.get(section) {
+        return Some(motor);
+    }
     let axis = section.strip_prefix("stepper_")?.trim_end_matches(|c: char| c.is_ascii_digit());
     let first = format!("stepper_{axis}");
     let motor = m.motors.get(&first).copied().filter(|motor| !SPARE.contains(motor))?;

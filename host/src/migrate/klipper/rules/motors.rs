@@ -4,7 +4,7 @@ use super::super::migration::{Migration, text};
 use super::super::source::number;
 use super::machine::{kinematics, master};
 use super::table::{Rule, apply};
-use super::{endstops, geometry};
+use super::{endstops, generic, geometry};
 
 /// Pins of the on-board drivers: motor, step, direction, connector.
 const ON_BOARD: [(&str, &str, &str, &str); 4] = [
@@ -33,6 +33,7 @@ pub fn stepper(m: &mut Migration<'_>, section: usize) {
     let Some(motor) = m.motors.get(&name).copied() else { return refuse(m, section, &name) };
     drive(m, section, motor);
     rate(m, section, motor);
+    generic::motor(m, section, motor);
     match master(m, &name) {
         Some(master) => {
             m.write(("actuator", motor, "slaved_to"), master, format!("[{name}] copies its steps"));
@@ -47,7 +48,7 @@ pub fn stepper(m: &mut Migration<'_>, section: usize) {
 
 fn refuse(m: &mut Migration<'_>, section: usize, name: &str) {
     let has_motors = !m.motors.is_empty();
-    let knows_kinematics = !matches!(kinematics(m).as_deref(), Some("generic_cartesian") | None);
+    let knows_kinematics = !matches!(kinematics(m).as_deref(), None);
     let why = match has_motors && knows_kinematics {
         true => "the Prime has six motors at most, extruders among them",
         false => "the kinematics do not say what this motor moves",
