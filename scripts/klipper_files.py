@@ -141,7 +141,23 @@ NUMBERS = [
     ("extruder", "pid_kd", "temperature control", "hotend.d_factor", 1.0),
     ("heater_bed", "max_temp", "temperature control", "bed.max_temp", 1.0),
     ("extruder", "pressure_advance", "extruder", "hotend.pressure_advance", 1.0),
+    ("extruder", "min_extrude_temp", "extruder", "hotend.min_extrude_temp", 1.0),
+    ("extruder", "max_extrude_only_accel", "actuator", "delta.acceleration", 1.0),
+    ("heater_bed", "min_temp", "temperature control", "bed.min_temp", 1.0),
+    ("heater_bed", "pid_kp", "temperature control", "bed.p_factor", 1.0),
+    ("heater_bed", "pid_ki", "temperature control", "bed.i_factor", 1.0),
+    ("heater_bed", "pid_kd", "temperature control", "bed.d_factor", 1.0),
+    ("printer", "max_z_accel", "actuator", "gamma.acceleration", 1.0),
+    ("printer", "delta_radius", "linear delta", "arm_radius", 1.0),
+    ("stepper_a", "arm_length", "linear delta", "arm_length", 1.0),
+    ("fan", "off_below", "fan", "fan.off_below", 100.0),
+    ("fan", "max_power", "fan", "fan.max_power", 100.0),
+    ("input_shaper", "shaper_freq_x", "input shaper", "shaper_freq_x", 1.0),
+    ("input_shaper", "shaper_freq_y", "input shaper", "shaper_freq_y", 1.0),
 ]
+
+
+HOMING = ("position_endstop", "homing_speed", "second_homing_speed", "homing_retract_dist")
 
 
 def compare(parser, report, new):
@@ -168,6 +184,14 @@ def compare(parser, report, new):
                     continue
                 key = line.split("] ")[1].split(" = ")[0]
                 judge(f"[{row['section']}] steps", steps_per_mm(parser, row["section"]), new.get(("actuator", key)))
+            if option["option"] in HOMING:
+                for line in option["becomes"]:
+                    place, value = line.split(" = ")
+                    if place.startswith("[endstops] ") and not place.endswith("_trim_mm"):
+                        expected = number(parser, row["section"], option["option"])
+                        # The way back from a stall is never shorter than what the driver needs.
+                        if option["option"] != "homing_retract_dist" or float(value) <= expected:
+                            judge(f"[{row['section']}] {option['option']}", expected, value)
             if option["option"] == "run_current" and any("[current control]" in line for line in option["becomes"]):
                 key = option["becomes"][0].split("] ")[1].split(" = ")[0]
                 amps = min(round(float(option["value"]) * math.sqrt(2), 3), 5.5)

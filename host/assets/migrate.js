@@ -50,7 +50,9 @@ function after(row) {
   const why = [row.reason, row.nearest && row.nearest !== "nothing" ? `nearest: ${row.nearest}` : ""].filter(Boolean).join("; ");
   return [...parts, make("span", { class: "quiet" }, why)];
 }
-for (const section of data.account) {
+// Macros are many, and nothing has become of them: they stand behind what has changed.
+const isKept = section => section.options.length > 0 && section.options.every(option => option.kept);
+for (const section of [...data.account].sort((a, b) => isKept(a) - isKept(b))) {
   const count = {};
   for (const option of section.options) count[kind(option)] = (count[kind(option)] ?? 0) + 1;
   const badges = section.options.length

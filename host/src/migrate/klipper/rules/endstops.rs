@@ -13,6 +13,8 @@ const CONNECTORS: [(&str, [(&str, &str); 2]); 3] = [
     ("Y", [("PI1", "connector Y min"), ("PA9", "connector Y max")]),
     ("Z", [("PI0", "connector Z min"), ("PH15", "connector Z max")]),
 ];
+/// Section whose speeds all towers of a delta home at.
+const FIRST_TOWER: &str = "stepper_a";
 /// Longest way to a switch, mm: belts without an end have travels of kilometres.
 const LONGEST_WAY: f64 = 10_000.0;
 /// Length of a line of the configuration.
@@ -101,10 +103,10 @@ fn homing(m: &mut Migration<'_>, section: usize, name: &str, to_max: bool) {
             (Some(high), false) => high - position,
             (None, false) => 0.0,
         };
-        if way > 0.0 {
-            let comment = "mm; half as much again as the travel, as Klipper does";
-            m.write(("endstops", name, "max_travel"), text((way * 1.5).min(LONGEST_WAY)), comment);
-        }
+        longest_way(m, name, way);
+    }
+    if is_delta(m) && m.section(section).name != FIRST_TOWER {
+        return as_first(m, section, name);
     }
     let fast = m.number(section, "homing_speed").unwrap_or(5.0);
     m.put(section, "homing_speed", ("endstops", name, "fast_rate"), text(fast));
@@ -120,6 +122,34 @@ fn homing(m: &mut Migration<'_>, section: usize, name: &str, to_max: bool) {
         m.put(section, "homing_retract_dist", ("endstops", name, "retract"), text(retract));
     }
     m.refuse(section, "homing_retract_speed", "Velvet backs off at slow_rate", "[endstops] slow_rate");
+}
+
+/// Writes the longest homing move for a travel.
+fn longest_way(m: &mut Migration<'_>, name: &str, way: f64) {
+    if way > 0.0 {
+        let comment = "mm; half as much again as the travel, as Klipper does";
+        // Sums of decimal fractions have a tail of digits that nobody measures.
+        let most = (way * 1.5 * 1e3).round() / 1e3;
+        m.write(("endstops", name, "max_travel"), text(most.min(LONGEST_WAY)), comment);
+    }
+}
+
+/// Writes how a further tower homes: with the first, at its speeds.
+fn as_first(m: &mut Migration<'_>, section: usize, name: &str) {
+    let Some(first) = m.source.section(FIRST_TOWER) else { return };
+    let speed = first.number("homing_speed").unwrap_or(5.0);
+    let slow = first.number("second_homing_speed").unwrap_or(speed / 2.0);
+    let retract = first.number("homing_retract_dist").unwrap_or(5.0);
+    let comment = format!("as [{FIRST_TOWER}]: all towers home together");
+    for (key, value) in [("fast_rate", speed), ("slow_rate", slow), ("retract", retract)] {
+        m.write(("endstops", name, key), text(value), comment.clone());
+    }
+    if let Some(height) = first.number("position_endstop") {
+        longest_way(m, name, height);
+    }
+    for option in ["homing_speed", "second_homing_speed", "homing_retract_dist", "homing_retract_speed"] {
+        m.needless(section, option, "all towers home together, at the speeds of the first");
+    }
 }
 
 /// Returns the way that a motor needs to be at its speed and tell a stall, mm.

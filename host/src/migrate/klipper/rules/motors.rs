@@ -48,7 +48,7 @@ pub fn stepper(m: &mut Migration<'_>, section: usize) {
 
 fn refuse(m: &mut Migration<'_>, section: usize, name: &str) {
     let has_motors = !m.motors.is_empty();
-    let knows_kinematics = !matches!(kinematics(m).as_deref(), None);
+    let knows_kinematics = kinematics(m).is_some();
     let why = match has_motors && knows_kinematics {
         true => "the Prime has six motors at most, extruders among them",
         false => "the kinematics do not say what this motor moves",
@@ -173,6 +173,11 @@ pub fn step_rate(m: &mut Migration<'_>, motor: &str, rate: f64) {
     let per_mm = m.written(("actuator", motor, "steps_per_mm")).and_then(number).unwrap_or(0.0);
     let known = m.written(("system", "", "step_frequency")).and_then(number).unwrap_or(USUAL_STEP_RATE);
     let wanted = (rate * per_mm * 1.01).ceil();
+    if wanted > MOST_STEP_RATE {
+        // A motor that no board can turn so fast has the speed that this one can.
+        let slower = (MOST_STEP_RATE / per_mm / 1.01 * 60.0).floor();
+        m.write(("actuator", motor, "max_rate"), text(slower), "mm/min; a million steps a second are the most");
+    }
     if wanted > known {
         let comment = format!("Hz, for motor {motor} at its top speed");
         m.write(("system", "", "step_frequency"), text(wanted.min(MOST_STEP_RATE)), comment);
