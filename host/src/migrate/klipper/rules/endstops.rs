@@ -13,6 +13,8 @@ const CONNECTORS: [(&str, [(&str, &str); 2]); 3] = [
     ("Y", [("PI1", "connector Y min"), ("PA9", "connector Y max")]),
     ("Z", [("PI0", "connector Z min"), ("PH15", "connector Z max")]),
 ];
+/// Way back from a switch that Klipper touches once, mm.
+const LEAST_RETRACT: f64 = 2.0;
 /// Section whose speeds all towers of a delta home at.
 const FIRST_TOWER: &str = "stepper_a";
 /// Longest way to a switch, mm: belts without an end have travels of kilometres.
@@ -119,9 +121,18 @@ fn homing(m: &mut Migration<'_>, section: usize, name: &str, to_max: bool) {
     } else {
         let slow = m.number(section, "second_homing_speed").unwrap_or(fast / 2.0);
         m.put(section, "second_homing_speed", ("endstops", name, "slow_rate"), text(slow));
-        m.put(section, "homing_retract_dist", ("endstops", name, "retract"), text(retract));
+        retreat(m, section, name, retract);
     }
     m.refuse(section, "homing_retract_speed", "Velvet backs off at slow_rate", "[endstops] slow_rate");
+}
+
+/// Writes how far an axis backs off; one that Klipper lets touch once is touched twice.
+fn retreat(m: &mut Migration<'_>, section: usize, name: &str, retract: f64) {
+    let (way, reason) = match retract > 0.0 {
+        true => (retract, ""),
+        false => (LEAST_RETRACT, "Velvet approaches a switch twice, the second time slowly"),
+    };
+    m.put_for(section, "homing_retract_dist", ("endstops", name, "retract"), text(way), reason);
 }
 
 /// Writes the longest homing move for a travel.
@@ -139,7 +150,9 @@ fn as_first(m: &mut Migration<'_>, section: usize, name: &str) {
     let Some(first) = m.source.section(FIRST_TOWER) else { return };
     let speed = first.number("homing_speed").unwrap_or(5.0);
     let slow = first.number("second_homing_speed").unwrap_or(speed / 2.0);
-    let retract = first.number("homing_retract_dist").unwrap_or(5.0);
+    let retract = first.number("homing_retract_dist").filter(|way| *way > 0.0);
+    let missing = if first.get("homing_retract_dist").is_some() { LEAST_RETRACT } else { 5.0 };
+    let retract = retract.unwrap_or(missing);
     let comment = format!("as [{FIRST_TOWER}]: all towers home together");
     for (key, value) in [("fast_rate", speed), ("slow_rate", slow), ("retract", retract)] {
         m.write(("endstops", name, key), text(value), comment.clone());
