@@ -155,6 +155,8 @@ fn the_owners_comments_and_the_file_itself_stay() {
     assert!(new.contains("# as fast as the belts like"), "{new}");
     assert!(new.contains("# measured with 100 mm of filament\ndelta.steps_per_mm"), "{new}");
     assert!(new.contains("# measured in March"), "{new}");
+    assert!(new.contains("# the belt is new\nalpha."), "{new}");
+    assert!(!new.contains("position_min: -5"), "a setting that is switched off is no comment: {new}");
     for part in ["printer.cfg", "parts/a.cfg", "parts/b.cfg"] {
         let original = Path::new(PRINTER).parent().expect("a folder").join(part);
         assert_eq!(std::fs::read(out.join(part)).expect("a copy"), std::fs::read(original).expect("ours"), "{part}");

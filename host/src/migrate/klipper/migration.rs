@@ -1,6 +1,6 @@
 //! State of a migration: the lines made so far, the account, the places given out; and what rules do with it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use config::BoardId;
 
@@ -39,6 +39,8 @@ pub struct Migration<'a> {
     pub board: Board,
     pub source: &'a Source,
     pub aliases: Aliases,
+    /// Sections whose own comments have been written.
+    noted: BTreeSet<usize>,
     pub account: Account,
     pub entries: Vec<ini::Entry>,
     pub to_do: Vec<String>,
@@ -57,6 +59,7 @@ impl<'a> Migration<'a> {
             board: Board::new(board),
             source,
             aliases: Aliases::of(source),
+            noted: BTreeSet::new(),
             account: Account::new(source),
             entries: Vec::new(),
             to_do: Vec::new(),
@@ -155,6 +158,9 @@ impl<'a> Migration<'a> {
         };
         let is_first = !self.entries.iter().any(|known| known.comment == entry.comment && !known.above.is_empty());
         entry.above = found.filter(|_| is_first).map(|found| notes(&found.above)).unwrap_or_default();
+        if found.is_some() && self.noted.insert(section) {
+            entry.above.splice(..0, notes(&of.above));
+        }
         let becomes = format!("[{}] {} = {}", entry.section, entry.name(), value);
         self.add(entry);
         self.merged(section, option, reason, &becomes);
