@@ -89,7 +89,7 @@ fn a_printer_starts_with_what_comes_out() {
         ("[extruder] hotend.min_extrude_temp", "170"),
         ("[switch] fan.output_pin", "PE1"),
         ("[fan] fan.off_below", "20"),
-        ("[fan] hotend_2.sensors", "hotend"),
+        ("[fan] hotend.sensors", "hotend"),
         ("[switch] lamp.startup_value", "128"),
         ("[zprobe] probe_offsets", "0,25,1.5"),
         ("[cartesian grid leveling strategy] grid_y_size", "4"),

@@ -193,7 +193,9 @@ impl<'a> Migration<'a> {
         let is_taken = |name: &str| self.entries.iter().any(|e| within.contains(&e.section) && e.instance == name);
         let numbered = |number: usize| format!("{}_{number}", plain.chars().take(21).collect::<String>());
         let mut names = std::iter::once(plain.clone()).chain((2..100).map(numbered));
-        names.find(|name| !is_taken(name) && !RESERVED.contains(&name.as_str())).unwrap_or(plain)
+        let is_heat = within.contains(&"temperature control");
+        let is_reserved = |name: &str| name == "common" || is_heat && BUILT_IN.contains(&name);
+        names.find(|name| !is_taken(name) && !is_reserved(name)).unwrap_or(plain)
     }
 
     /// Puts an item on the list of work, once.
@@ -252,8 +254,8 @@ impl<'a> Migration<'a> {
     }
 }
 
-/// Names of instances that have a meaning of their own.
-const RESERVED: [&str; 6] = ["common", "hotend", "hotend2", "hotend3", "bed", "board"];
+/// Temperature controls that rules name themselves.
+const BUILT_IN: [&str; 5] = ["hotend", "hotend2", "hotend3", "bed", "board"];
 
 /// Reason of what the board reads from printer.cfg itself.
 pub const KEPT: &str = "kept: read on the board from printer.cfg";

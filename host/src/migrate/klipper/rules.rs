@@ -31,6 +31,7 @@ const RULES: &[(&str, Rule)] = &[
     ("heater_bed", heat::bed),
     ("heater_generic", heat::generic),
     ("temperature_sensor", heat::sensor),
+    ("temperature_sensor", heat::combined),
     ("verify_heater", heat::verify),
     ("thermistor", sensors::description),
     ("adc_temperature", sensors::description),
@@ -81,7 +82,7 @@ const RULES: &[(&str, Rule)] = &[
     ("delayed_gcode", features::kept),
     ("homing_override", features::kept),
     ("idle_timeout", features::kept),
-    ("save_variables", features::kept),
+    ("save_variables", features::variables),
 ];
 
 /// Converts all sections, and gives every section and option its verdict.

@@ -166,7 +166,12 @@ pub const SECTIONS: &[Row] = &[
     row("(sensor) temperature_mcu", Converted, "the board's microcontroller", "[temperature control] sensor = chip"),
     row("(sensor) temperature_host", Needless, "there is no host computer", "[temperature control] sensor = chip"),
     row("(sensor) DS18B20", Refused, "Velvet has no sensor on one wire", "[temperature control] sensor"),
-    english("(sensor) temperature_combined", Refused, "write it by hand", "[temperature control] sensor = max, mean"),
+    english(
+        "(sensor) temperature_combined",
+        Converted,
+        "of sensors that were converted",
+        "[temperature control] sensor = max, mean",
+    ),
     row("fan", Converted, "M106 and M107", "[switch], [fan]"),
     row("heater_fan <name>", Converted, "follows heaters", "[fan] follows = heaters"),
     row("controller_fan <name>", Converted, "follows motors and heaters", "[fan] follows = electronics"),

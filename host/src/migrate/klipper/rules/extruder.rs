@@ -42,8 +42,9 @@ pub fn extruder(m: &mut Migration<'_>, section: usize) {
     match m.section(section).get("shared_heater") {
         Some(_) => shared(m, section),
         None if m.section(section).get("heater_pin").is_some() => {
-            heat::heater(m, section, heater, Role::Hotend);
-            least_temperature(m, section, heater);
+            if heat::heater(m, section, heater, Role::Hotend) {
+                least_temperature(m, section, heater);
+            }
         }
         None => {}
     }

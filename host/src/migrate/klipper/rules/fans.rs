@@ -57,7 +57,7 @@ pub fn part(m: &mut Migration<'_>, section: usize) {
 
 /// Converts `[fan_generic NAME]`, which SET_FAN_SPEED sets.
 pub fn generic(m: &mut Migration<'_>, section: usize) {
-    let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
+    let name = m.fresh(&["switch", "fan"], &m.section(section).label());
     if fan(m, section, &name) {
         outputs::number_it(m, &name);
     }
@@ -65,7 +65,7 @@ pub fn generic(m: &mut Migration<'_>, section: usize) {
 
 /// Converts `[heater_fan NAME]`.
 pub fn of_heater(m: &mut Migration<'_>, section: usize) {
-    let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
+    let name = m.fresh(&["switch", "fan"], &m.section(section).label());
     if !fan(m, section, &name) {
         return;
     }
@@ -100,7 +100,7 @@ fn follow(m: &mut Migration<'_>, section: usize, name: &str, default: &str) {
 
 /// Converts `[controller_fan NAME]`.
 pub fn of_controller(m: &mut Migration<'_>, section: usize) {
-    let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
+    let name = m.fresh(&["switch", "fan"], &m.section(section).label());
     if !fan(m, section, &name) {
         return;
     }
@@ -126,6 +126,10 @@ pub fn of_temperature(m: &mut Migration<'_>, section: usize) {
         return m.judge_rest(section, &Verdict::refused(why, "[fan] follows = electronics"));
     }
     let name = m.fresh(&["switch", "fan", "temperature control"], &m.section(section).label());
+    if !heat::heater(m, section, &name, Role::Load) {
+        return;
+    }
+    m.write(("temperature control", &name, "heater_pin"), "nc", "a sensor only");
     if !fan(m, section, &name) {
         return;
     }
@@ -148,6 +152,4 @@ pub fn of_temperature(m: &mut Migration<'_>, section: usize) {
         Some("pid") => m.put(section, "control", (FAN, &name, "control"), "pid"),
         _ => {}
     }
-    heat::heater(m, section, &name, Role::Load);
-    m.write(("temperature control", &name, "heater_pin"), "nc", "a sensor only");
 }

@@ -184,6 +184,13 @@ pub fn kept(m: &mut Migration<'_>, section: usize) {
     m.judge_rest(section, &Verdict::kept(KEPT));
 }
 
+/// Keeps `[save_variables]`; the variables themselves are a file beside the computer's printer.cfg.
+pub fn variables(m: &mut Migration<'_>, section: usize) {
+    let file = m.section(section).get("filename").unwrap_or("").to_owned();
+    m.ask(format!("[save_variables]: copy {file} to the card beside printer.cfg, or its variables begin anew"));
+    kept(m, section);
+}
+
 /// Gives verdicts on `[multi_pin NAME]`: an output has one pin.
 pub fn several(m: &mut Migration<'_>, section: usize) {
     let name = instance(&m.section(section).label());

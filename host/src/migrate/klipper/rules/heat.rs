@@ -6,6 +6,8 @@ use super::super::wiring::Role;
 use super::sensors;
 use super::table::{Change, NUMBER, Rule, apply};
 
+/// Kind of a sensor that combines others.
+const COMBINED: &str = "temperature_combined";
 /// Longest time of a check of a heater, s.
 const LONGEST_CHECK: f64 = 86_400.0;
 const TEMPERATURE: &str = "temperature control";
@@ -28,14 +30,11 @@ const HEATER: &[(&str, Rule)] = &[
 ];
 
 /// Converts a heater; `name` is its instance in the new file, with pins of its own by default where the board
-/// knows the name.
-pub fn heater(m: &mut Migration<'_>, section: usize, name: &str, role: Role) {
+/// knows the name. Returns whether there was room for it.
+pub fn heater(m: &mut Migration<'_>, section: usize, name: &str, role: Role) -> bool {
     let of = m.section(section);
-    let count = m.entries.iter().filter(|entry| (entry.section, &*entry.key) == (TEMPERATURE, "enable")).count();
-    if count >= MOST {
-        let why = "Velvet has eight temperature controls, the board's own among them";
-        m.ask(format!("[{}]: {why}; it is left out", of.name));
-        return m.judge_rest(section, &Verdict::refused(why, "[temperature control]"));
+    if is_full(m, section) {
+        return false;
     }
     m.heaters.insert(of.name.clone(), name.to_owned());
     m.heaters.insert(of.label(), name.to_owned());
@@ -55,6 +54,18 @@ pub fn heater(m: &mut Migration<'_>, section: usize, name: &str, role: Role) {
     if m.written((TEMPERATURE, name, "enable")) == Some("false") {
         m.heaters.retain(|_, known| known != name);
     }
+    true
+}
+
+/// Returns whether there is room for no further temperature control; then the section is left out.
+fn is_full(m: &mut Migration<'_>, section: usize) -> bool {
+    let count = m.entries.iter().filter(|entry| (entry.section, &*entry.key) == (TEMPERATURE, "enable")).count();
+    if count >= MOST {
+        let why = "Velvet has eight temperature controls, the board's own among them";
+        m.ask(format!("[{}]: {why}; it is left out", m.section(section).name));
+        m.judge_rest(section, &Verdict::refused(why, "[temperature control]"));
+    }
+    count >= MOST
 }
 
 fn control(m: &mut Migration<'_>, section: usize, name: &str) {
@@ -105,12 +116,47 @@ pub fn sensor(m: &mut Migration<'_>, section: usize) {
         let why = "there is no host computer";
         return m.judge_rest(section, &Verdict::needless(why));
     }
+    if kind == COMBINED {
+        return;
+    }
     if !sensors::is_known(m, kind) {
         let why = format!("Velvet has no sensor of the kind {kind}");
         return m.judge_rest(section, &Verdict::refused(why, "[temperature control] sensor"));
     }
-    heater(m, section, &name, Role::Load);
-    m.write((TEMPERATURE, &name, "heater_pin"), "nc", "a sensor only");
+    if heater(m, section, &name, Role::Load) {
+        m.write((TEMPERATURE, &name, "heater_pin"), "nc", "a sensor only");
+    }
+}
+
+/// Converts a sensor that combines others, when these have been converted.
+pub fn combined(m: &mut Migration<'_>, section: usize) {
+    let of = m.section(section);
+    if of.get("sensor_type") != Some(COMBINED) {
+        return;
+    }
+    let method = of.get("combination_method").unwrap_or("").to_lowercase();
+    let list = of.get("sensor_list").unwrap_or("").split([',', '\n']).map(str::trim).filter(|name| !name.is_empty());
+    let parts: Option<Vec<String>> = list.map(|name| m.heaters.get(name).cloned()).collect();
+    let (Some(parts), "min" | "max" | "mean") = (parts.filter(|parts| !parts.is_empty()), method.as_str()) else {
+        let why = "not all of the sensors that it combines were converted";
+        return m.judge_rest(section, &Verdict::refused(why, "[temperature control] sensor = max, min, mean"));
+    };
+    if is_full(m, section) {
+        return;
+    }
+    let name = m.fresh(&[TEMPERATURE, "switch"], &of.label());
+    m.write((TEMPERATURE, &name, "enable"), "true", format!("of [{}]", of.name));
+    m.put(section, "combination_method", (TEMPERATURE, &name, "sensor"), method);
+    m.put(section, "sensor_list", (TEMPERATURE, &name, "sensors"), parts.join(","));
+    m.merged(section, "sensor_type", "the sensors are combined", "");
+    m.refuse(
+        section,
+        "maximum_deviation",
+        "how far they may lie apart is not looked at",
+        "[temperature control] sensors",
+    );
+    apply(m, section, &name, HEATER);
+    identify(m, &name);
 }
 
 /// Converts `[verify_heater HEATER]`.

@@ -294,7 +294,9 @@ pub fn thermal(m: &mut Migration<'_>, section: usize) {
         let why = format!("Velvet has no sensor of the kind {kind}");
         return m.judge_rest(section, &Verdict::refused(why, "[z thermal adjust] sensor"));
     }
-    super::heat::heater(m, section, "frame", Role::Load);
+    if !super::heat::heater(m, section, "frame", Role::Load) {
+        return;
+    }
     m.write(("temperature control", "frame", "heater_pin"), "nc", "a sensor only");
     m.write((THERMAL, "", "sensor"), "frame", "");
     let rows: &[(&str, Rule)] = &[
