@@ -39,14 +39,11 @@ pub fn extruder(m: &mut Migration<'_>, section: usize) {
     if is_on_board(motor) {
         m.wiring.reserve("PG9");
     }
-    match m.section(section).get("shared_heater") {
-        Some(_) => shared(m, section),
-        None if m.section(section).get("heater_pin").is_some() => {
-            if heat::heater(m, section, heater, Role::Hotend) {
-                least_temperature(m, section, heater);
-            }
-        }
-        None => {}
+    let has_heater = m.section(section).get("heater_pin").is_some();
+    if m.section(section).get("shared_heater").is_some() {
+        shared(m, section);
+    } else if has_heater && heat::heater(m, section, heater, Role::Hotend) {
+        least_temperature(m, section, heater);
     }
     apply(m, section, heater, ROWS);
     filament(m, section);
