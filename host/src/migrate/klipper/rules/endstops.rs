@@ -227,10 +227,16 @@ fn by_probe(m: &mut Migration<'_>, section: usize) {
         m.refuse(section, "endstop_pin", "Velvet has nothing like the probe that Z homes by", "[zprobe], [endstops]");
         m.ask("Z homes by a probe that Velvet does not have: give it a switch in [endstops]");
     }
-    let reason = "Z homes by the probe: home_gcode does it with G30";
-    for option in ["endstop_pin", "homing_speed", "second_homing_speed", "homing_retract_dist", "position_endstop"] {
-        m.merged(section, option, reason, "");
+    m.merged(
+        section,
+        "endstop_pin",
+        "Z homes by the probe: home_gcode does it with G30",
+        "[endstops] common.home_gcode",
+    );
+    for option in ["homing_speed", "second_homing_speed", "homing_retract_dist"] {
+        m.needless(section, option, "the probe searches as [zprobe] says");
     }
+    m.needless(section, "position_endstop", "the probe's offset says where Z is");
     m.needless(section, "homing_positive_dir", "the probe searches down");
     m.needless(section, "homing_retract_speed", "[zprobe] says how fast the probe rises");
 }
