@@ -11,12 +11,13 @@ use super::{heat, machine};
 const HEATERS: [&str; 3] = ["hotend", "hotend2", "hotend3"];
 /// Temperature below which Klipper does not extrude, where the file does not say one, C.
 const LEAST_TEMPERATURE: &str = "170";
+/// Filament that a move alone may feed in Klipper, where the file does not say it, mm.
+const LONGEST_ALONE: &str = "50";
 const EXTRUDER: &str = "extruder";
 
 const ROWS: &[(&str, Rule)] = &[
     ("pressure_advance", Rule::To(EXTRUDER, "pressure_advance", NUMBER)),
     ("pressure_advance_smooth_time", Rule::To(EXTRUDER, "pressure_advance_smooth_time", NUMBER)),
-    ("max_extrude_only_distance", Rule::Refused("a long move of filament alone is taken", "[player] preflight")),
     ("max_extrude_cross_section", Rule::Refused("how thick a line is extruded is not looked at", "[player] preflight")),
     ("instantaneous_corner_velocity", Rule::Refused("no limit of the filament's own at corners", "[planner]")),
 ];
@@ -45,6 +46,8 @@ pub fn extruder(m: &mut Migration<'_>, section: usize) {
     } else if has_heater && heat::heater(m, section, heater, Role::Hotend) {
         least_temperature(m, section, heater);
     }
+    let longest = m.number(section, "max_extrude_only_distance").map_or_else(|| LONGEST_ALONE.to_owned(), text);
+    m.put(section, "max_extrude_only_distance", (EXTRUDER, heater, "max_extrude_only_distance"), longest);
     apply(m, section, heater, ROWS);
     filament(m, section);
     if tool > 0 {
