@@ -4,12 +4,12 @@
 //! Source: Klipper's "G-Codes" and "Status reference". Names of heaters and fans come from the machine
 //! ([`Names`]).
 
-mod absent;
 mod calibration;
 mod jobs;
 mod leveling;
 mod machine;
 mod outline;
+mod refused;
 mod row;
 
 use gcode::Extended;
@@ -31,7 +31,7 @@ pub enum Asked {
 
 /// All known commands, by topic.
 const TOPICS: [&[ExtendedInfo]; 5] =
-    [jobs::COMMANDS, calibration::COMMANDS, leveling::COMMANDS, machine::COMMANDS, absent::COMMANDS];
+    [jobs::COMMANDS, calibration::COMMANDS, leveling::COMMANDS, machine::COMMANDS, refused::COMMANDS];
 
 /// Returns every known command.
 pub fn all() -> impl Iterator<Item = &'static ExtendedInfo> {
@@ -61,7 +61,7 @@ pub fn translate(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine)
         Becomes::Console(text) => Ok(Asked::Console(text)),
         Becomes::Tower => Ok(Asked::Tower),
         Becomes::PassedOver => Ok(Asked::PassedOver(row.name)),
-        Becomes::Absent => Err(ExtendedFault::Missing(row.help)),
+        Becomes::Refused => Err(ExtendedFault::Missing(row.help)),
     }
 }
 

@@ -36,7 +36,7 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
         put(line, "M32 ")?;
         put(line, command.get("FILENAME").ok_or(ExtendedFault::MustSupply("FILENAME"))?)
     }),
-    passed_over("SDCARD_RESET_FILE", "forget the file that was played: it is at its end"),
+    console("SDCARD_RESET_FILE", "end the job and close its file, as abort", "abort"),
     codes("SET_FILAMENT_SENSOR", "ENABLE", "filament detector on or off, as M412", |command, _, line| {
         put(line, if is_on(command, "ENABLE")? { "M412 S1" } else { "M412 S0" })
     }),

@@ -61,7 +61,7 @@ pub(super) enum Becomes {
     /// Nothing, without change to the part.
     PassedOver,
     /// A refusal: the row's help is the reason.
-    Absent,
+    Refused,
 }
 
 pub(super) type Translate = fn(&Extended<'_>, &dyn Names, &mut CodeLine) -> Result<(), ExtendedFault>;
@@ -109,7 +109,7 @@ impl ExtendedInfo {
     pub(crate) const fn kept(&self) -> &'static str {
         match self.becomes {
             Becomes::PassedOver => "left out: ",
-            Becomes::Absent => "refused: ",
+            Becomes::Refused => "refused: ",
             Becomes::Codes(_) | Becomes::Console(_) | Becomes::Tower => "",
         }
     }

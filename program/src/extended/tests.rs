@@ -111,7 +111,7 @@ fn commands_become_codes() {
         ("SET_RETRACTION UNRETRACT_EXTRA_LENGTH=0.05 RETRACT_LENGTH=1", "M207 S1 M208 S0.05"),
         ("SET_FILAMENT_SENSOR SENSOR=runout ENABLE=0", "M412 S0"),
         ("SDCARD_PRINT_FILE FILENAME=parts/clip.gcode", "M32 parts/clip.gcode"),
-        ("SDCARD_RESET_FILE", "(SDCARD_RESET_FILE)"),
+        ("SDCARD_RESET_FILE", "abort"),
         ("SAVE_CONFIG", "M500"),
         ("FIRMWARE_RESTART", "reset"),
         ("BED_TILT_CALIBRATE", "G32"),
