@@ -20,7 +20,6 @@
 mod arithmetic;
 pub mod compensation;
 pub mod config;
-mod convert;
 mod elsewhere;
 mod event_merge;
 pub mod feed;
@@ -46,7 +45,6 @@ mod ramp;
 mod rewind;
 mod run;
 mod series;
-mod short_ring;
 pub mod step_solver;
 mod store;
 #[cfg(test)]
@@ -73,3 +71,4 @@ pub use run::Passage;
 pub use store::Store;
 pub use timeline::{Mark, Passed};
 pub use trigger::{Latch, Trigger};
+pub(crate) use units::convert;

@@ -4,7 +4,7 @@
 //! motors have made it. A place that the path comes to otherwise, because a move was cut off or a position
 //! was declared, is noted as the next block begins there.
 
-use crate::short_ring::Ring;
+use units::Ring;
 
 /// Ends that can wait: those of the trajectory ahead of the motors and of the time between two looks.
 const WAITING: usize = 48;

@@ -8,12 +8,11 @@
 //! Blocks are counted as in [`crate::planner::Planner`]. The cursor enters each block here when it begins it,
 //! up to a few milliseconds before the motors do; what is entered and then taken back is forgotten again.
 
-use units::Ticks;
+use units::{Ring, Ticks};
 
 use crate::{
     move_ends::MoveEnds,
     moves::Tag,
-    short_ring::Ring,
     trajectory::{TickTime, at_tick},
 };
 

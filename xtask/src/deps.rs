@@ -22,7 +22,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("macros", &["gcode"]),
     ("program", &["units", "gcode"]),
     ("config", &["units", "gcode"]),
-    ("motion", &["units"]),
+    // Power along the path, which motion looks at where it changes, never per step: small rather than fast.
+    ("laser-power", &["units"]),
+    ("motion", &["units", "laser-power"]),
     ("tmc", &["units"]),
     ("drivers", &["units"]),
     // Cards and the file systems on them: blocks and bytes, and nothing of a machine.
@@ -175,6 +177,7 @@ const PURE: &[&str] = &[
     "macros",
     "program",
     "config",
+    "laser-power",
     "motion",
     "tmc",
     "drivers",

@@ -281,6 +281,7 @@ impl Filters {
     }
 
     /// Returns the least and the greatest delay with which X, Y and Z follow the trajectory.
+    #[inline(never)]
     pub fn primary_delays(&self) -> (u64, u64) {
         let is_primary = |tap: &&Tap| Axis::PRIMARY.into_iter().any(|axis| tap.weights[axis as usize] != 0.0);
         let taps = self.taps.iter().take(self.tap_count).filter(is_primary);

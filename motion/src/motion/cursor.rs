@@ -193,9 +193,7 @@ impl Motion {
         }
         self.clock = slice.end;
         self.shift_if_late(segment, window);
-        if self.laser.is_on() {
-            self.power_of_slice(slice, segment.start);
-        }
+        self.power_of_slice(slice, segment.start);
     }
 
     /// Shifts the rest of the trajectory in time when the segment begins in the past and cannot be played.

@@ -87,7 +87,10 @@ impl Motion {
         let behind = self.planner.open(of_queue);
         self.laser.growth.moves = 0;
         self.settle_at(here);
-        let taken = way.iter().try_for_each(|request| self.accept(request, MOST_OF_DETOUR));
+        let taken = way.iter().try_for_each(|request| {
+            self.laser.growth.moves = 0;
+            self.accept(request, MOST_OF_DETOUR)
+        });
         self.end_growth();
         self.planner.close(&behind, rest_sq);
         self.laser.skip_levels(self.planner.released(), behind.first);

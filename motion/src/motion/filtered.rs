@@ -83,7 +83,7 @@ impl Motion {
         let Some(slice) = self.next_slice(window) else { return self.rest_a_moment() };
         self.filters.drained = false;
         let begin = self.clock;
-        self.send_power_of(&slice, begin);
+        self.power_of_slice(&slice, begin);
         let cut = self.filters.cut_piece.take().filter(|_| !slice.fresh);
         if let Some(cut) = cut {
             self.piece = Some(rest_of(&cut, begin));
@@ -151,7 +151,7 @@ impl Motion {
         let mut slices = 1;
         while seconds < least && slices < MAX_LUMPED {
             let Some(slice) = self.next_slice(window) else { break };
-            self.send_power_of(&slice, self.clock);
+            self.power_of_slice(&slice, self.clock);
             self.clock = slice.end;
             length += mean(&slice);
             seconds = seconds_between(begin, self.clock);

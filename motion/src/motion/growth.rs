@@ -9,12 +9,12 @@
 
 use units::{Axis, PerAxis, PowerLaw, Ticks};
 
-use super::{Exit, Last, Motion, State, corner::MOST_CUT, submit};
+use super::{Exit, Last, Motion, State, corner::MOST_CUT};
 use crate::{
     laser::{Growth, MOST_MOVES, Step},
     moves::{Corner, Mode, Move, Refusal},
     path,
-    planner::SMALLEST,
+    planner::{Envelope, SMALLEST},
     square_root,
 };
 
@@ -30,9 +30,15 @@ fn way(from: &PerAxis<f64>, to: &PerAxis<f64>) -> path::Vector {
 
 impl Motion {
     /// Whether a move may become part of the last block.
+    #[inline(always)]
     pub(super) fn goes_straight_on(&self, request: &Move) -> bool {
+        self.laser.growth.moves > 0 && self.is_straight_on(request)
+    }
+
+    #[inline(never)]
+    fn is_straight_on(&self, request: &Move) -> bool {
         let growth = &self.laser.growth;
-        if growth.moves == 0 || growth.moves >= MOST_MOVES {
+        if growth.moves >= MOST_MOVES {
             return false;
         }
         let waits = growth.block == self.planner.pushed().wrapping_sub(1) && !self.planner.is_empty();
@@ -56,54 +62,44 @@ impl Motion {
         length >= SMALLEST && path::dot(own, *direction) >= STRAIGHT_ON * length && off_sq <= OFF_LINE * OFF_LINE
     }
 
-    /// Makes a move that goes straight on part of the last block. False if it cannot be.
+    /// Whether the level of a move that goes straight on has room.
     ///
     /// # Errors
-    /// As [`Self::submit`] has them.
-    pub(super) fn extend(&mut self, request: &Move) -> Result<bool, Refusal> {
-        let Some(config) = &self.config else { return Ok(false) };
-        let growth = self.laser.growth;
-        let new_level = request.power.level != growth.level;
-        if new_level && self.has_full_levels() {
-            return Err(Refusal::Full);
-        }
-        submit::check_request(config, &self.compensation, self.countable, request)?;
-        let Some(old) = self.planner.ahead(self.planner.len().wrapping_sub(1)).copied() else { return Ok(false) };
-        let mut delta = request.target;
-        for axis in Axis::ALL {
-            delta[axis] -= growth.origin[axis];
-        }
-        let over = self.compensation.over_line(&growth.origin, &request.target);
-        let envelope = submit::envelope(config, &growth.origin, &delta, &request.target, &over);
-        let Ok(Some(mut envelope)) = envelope else { return Ok(false) };
-        envelope.limit_straight_jerk(&config.limits);
-        let block = envelope.block(&Move { power: growth.power, tag: growth.tag, ..*request });
-        self.planner.replace_last(block, &self.overrides);
-        let exit = Exit::straight(envelope.primary);
-        let mut last = Last::new(&block, exit);
+    /// [`Refusal::Full`] when it has none yet.
+    #[inline(never)]
+    pub(super) fn has_room_for_level(&self, request: &Move) -> Result<(), Refusal> {
+        let new_level = request.power.level != self.laser.growth.level;
+        if new_level && self.has_full_levels() { Err(Refusal::Full) } else { Ok(()) }
+    }
+
+    /// Makes a move that goes straight on part of the last block, which then has this envelope and way.
+    #[inline(never)]
+    pub(super) fn extend(&mut self, envelope: &Envelope, way: &PerAxis<f64>, request: &Move) {
+        let growth = &mut self.laser.growth;
+        let mut block = envelope.block(request);
+        (block.power, block.tag) = (growth.power, growth.tag);
+        let before = self.planner.replace_last(&block, &self.overrides);
+        let mut last = Last::new(&block, Exit::straight(envelope.primary));
         last.power = request.power;
         if let (Corner::Rounded(_), Some(_)) = (request.corner, envelope.primary) {
             // A corner takes no more than the last move's share, whose power is its own.
-            let length = envelope.length - old.length;
-            last.line = Some((PerAxis(delta.0.map(|part| part / envelope.length)), length));
+            last.line = Some((PerAxis(way.0.map(|part| part / envelope.length)), envelope.length - before));
         }
         self.last = Some(last);
         self.planned = request.target;
-        let later = request.tag.0.wrapping_sub(growth.tag.0);
+        growth.moves += 1;
+        let new_level = core::mem::replace(&mut growth.level, request.power.level) != request.power.level;
         if let (true, Some(store)) = (new_level, &mut self.laser.store) {
-            let later = u16::try_from(later).unwrap_or_default();
-            let step = Step { distance: old.length as f32, level: request.power.level, later };
-            store.levels.push(growth.block, step);
+            let later = u16::try_from(request.tag.0.wrapping_sub(growth.tag.0)).unwrap_or_default();
+            store.levels.push(growth.block, Step { distance: before as f32, level: request.power.level, later });
         }
-        self.laser.growth = Growth { moves: growth.moves + 1, level: request.power.level, ..growth };
-        Ok(true)
     }
 
     /// Returns the beginning of the block that is about to be appended, behind a `corner` if one is rounded.
     /// `None` without a laser: no block will grow.
     #[inline(always)]
     pub(super) fn growth_origin(&self, corner: Option<PerAxis<f64>>) -> Option<PerAxis<f64>> {
-        self.laser.config.is_some().then(|| corner.unwrap_or(self.planned))
+        self.laser.is_configured().then(|| corner.unwrap_or(self.planned))
     }
 
     /// Lets the block just appended grow from its beginning, if that is given.
@@ -145,6 +141,7 @@ impl Motion {
     }
 
     /// The last block grows no more; only a corner behind it may yet take its share.
+    #[inline(never)]
     pub(super) fn end_growth(&mut self) {
         if self.laser.growth.moves > 0 {
             self.laser.growth.moves = 0;
@@ -154,6 +151,7 @@ impl Motion {
     }
 
     /// Ends the growth of the last block when nothing new has come for the queue's delay.
+    #[inline(never)]
     pub(super) fn end_growth_in_time(&mut self, now: Ticks) {
         let Some(config) = &self.config else { return };
         // Into a full queue nothing can come.

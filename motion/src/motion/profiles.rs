@@ -65,7 +65,7 @@ impl Motion {
         self.timeline.clear(self.planner.pushed());
         self.planned = self.place;
         self.last = None;
-        (self.laser.growth.moves, self.laser.fade) = (0, 0.0);
+        (self.laser.growth.moves, self.laser.at.fade) = (0, 0.0);
         self.resting = true;
         self.state = State::Running;
     }

@@ -146,6 +146,6 @@ impl Motion {
     /// Returns the counts of faults so far.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        Counters { swallowed: self.laser.swallowed, ..self.counters }
+        Counters { swallowed: self.laser.at.swallowed, ..self.counters }
     }
 }

@@ -28,11 +28,7 @@ impl Motion {
     /// # Errors
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
-        let result = if self.goes_straight_on(request) && self.extend(request)? {
-            Ok(())
-        } else {
-            self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size))
-        };
+        let result = self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size));
         // A jerk-limited plan depends on the plan before it, so planning runs after each block, no matter
         // when the planner task has its turn.
         self.planner.plan_jerk();
@@ -61,33 +57,33 @@ impl Motion {
         }
         let is_curved = !request.curve.is_line();
         let may_curve = is_curved || matches!(request.corner, Corner::Rounded(_));
-        if self.planner.len() >= queue_size || (may_curve && self.curves.is_full()) {
+        let grows = self.goes_straight_on(request);
+        if grows {
+            self.has_room_for_level(request)?;
+        } else if self.planner.len() >= queue_size || (may_curve && self.curves.is_full()) {
             return Err(Refusal::Full);
         }
         // Last: while the queue is full this is asked again and again.
         check_request(config, &self.compensation, self.countable, request)?;
+        let from = if grows { &self.laser.growth.origin } else { &self.planned };
         let mut delta = request.target;
         for axis in Axis::ALL {
-            delta[axis] -= self.planned[axis];
+            delta[axis] -= from[axis];
         }
         let length = request.curve.length();
         if is_curved && length >= SMALLEST {
-            countable_length(config, length)?;
-            let path = Path::new(self.planned, &request.target, length, request.curve);
-            no_orphan(self.orphans, &ways_of_curve(&path, &delta))?;
-            let over = self.compensation.over_path(&path, length);
-            let envelope = curve_envelope(config, &path, length, request.feed_rate.get(), &over)?;
-            let exit = Exit::of(&path, length);
-            self.push(&envelope, exit, request);
-            self.curves.push(request.curve);
-            return Ok(());
+            return self.accept_curve(request, &delta, length);
         }
         no_orphan(self.orphans, &delta)?;
-        let over = self.compensation.over_line(&self.planned, &request.target);
-        let Some(mut envelope) = envelope(config, &self.planned, &delta, &request.target, &over)? else {
+        let over = self.compensation.over_line(from, &request.target);
+        let Some(mut envelope) = envelope(config, from, &delta, &request.target, &over)? else {
             return Ok(());
         };
         envelope.limit_straight_jerk(&config.limits);
+        if grows {
+            self.extend(&envelope, &delta, request);
+            return Ok(());
+        }
         // A curve of no length is a line.
         let as_line;
         let straight = if is_curved {
@@ -114,6 +110,21 @@ impl Motion {
             self.planner.set_reserve(MOST_CUT * length);
         }
         self.begin_growth(straight, origin, &unit);
+        Ok(())
+    }
+
+    /// Accepts a curve of this length between places that are so far apart.
+    #[inline(always)]
+    fn accept_curve(&mut self, request: &Move, delta: &PerAxis<f64>, length: f64) -> Result<(), Refusal> {
+        let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
+        countable_length(config, length)?;
+        let path = Path::new(self.planned, &request.target, length, request.curve);
+        no_orphan(self.orphans, &ways_of_curve(&path, delta))?;
+        let over = self.compensation.over_path(&path, length);
+        let envelope = curve_envelope(config, &path, length, request.feed_rate.get(), &over)?;
+        let exit = Exit::of(&path, length);
+        self.push(&envelope, exit, request);
+        self.curves.push(request.curve);
         Ok(())
     }
 
@@ -178,7 +189,7 @@ fn ways_of_curve(path: &Path, delta: &PerAxis<f64>) -> PerAxis<f64> {
 
 /// The limits of a straight move; `None` when nothing moves enough to count.
 #[inline(always)]
-pub(super) fn envelope(
+fn envelope(
     config: &MotionConfig,
     from: &PerAxis<f64>,
     delta: &PerAxis<f64>,
@@ -224,7 +235,7 @@ fn ways_between(config: &MotionConfig, from: &PerAxis<f64>, to: &PerAxis<f64>) -
 /// Refuses numbers that mean nothing. `countable`: the distance from the origin, mm, within which the motors'
 /// steps can surely be counted.
 #[inline(always)]
-pub(super) fn check_request(
+fn check_request(
     config: &MotionConfig,
     compensation: &Compensation,
     countable: f64,

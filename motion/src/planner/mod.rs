@@ -57,14 +57,15 @@ impl Planner {
     }
 
     /// Puts a longer block in the place of the last one, which waits: it begins like that. The whole of it is
-    /// kept in reserve: for the plan, the path ends at its beginning.
-    pub(crate) fn replace_last(&mut self, block: Block, overrides: &Overrides) {
-        let count = self.end.wrapping_sub(1);
-        let Block { corner_sq, is_tangent, look_ahead, entry_limit_sq, entry_sq, .. } = *self.block(count);
+    /// kept in reserve: for the plan, the path ends at its beginning. Returns the length of the one before.
+    pub(crate) fn replace_last(&mut self, block: &Block, overrides: &Overrides) -> f64 {
+        let last = self.block_mut(self.end.wrapping_sub(1));
+        let before = core::mem::replace(last, *block);
         let cruise = block.cruise(overrides);
-        let entry_limit_sq = crate::least(entry_limit_sq, cruise * cruise);
-        *self.block_mut(count) = Block { corner_sq, is_tangent, look_ahead, entry_limit_sq, entry_sq, ..block };
+        (last.corner_sq, last.is_tangent, last.look_ahead) = (before.corner_sq, before.is_tangent, before.look_ahead);
+        (last.entry_limit_sq, last.entry_sq) = (crate::least(before.entry_limit_sq, cruise * cruise), before.entry_sq);
         self.set_reserve(block.length);
+        before.length
     }
 
     /// Reverse pass over whatever is new. At most one visit to each block.

@@ -2,7 +2,7 @@
 
 /// A ring whose oldest entry is first.
 #[derive(Clone, Debug)]
-pub(crate) struct Ring<T, const N: usize> {
+pub struct Ring<T, const N: usize> {
     items: [T; N],
     first: usize,
     length: usize,

@@ -4,8 +4,8 @@
 //! entries of blocks that have been released stay until they are overwritten, as the blocks do, so that
 //! trajectory may be taken back.
 
-use crate::config::MOST_BLOCKS;
-
+/// Blocks of the planner's ring.
+pub const MOST_BLOCKS: usize = 256;
 /// Entries, a power of two.
 const CAPACITY: usize = 4_096;
 /// Entries of blocks that wait, at most: the others are kept behind them for trajectory taken back. Pixels of
@@ -14,7 +14,7 @@ const MOST_WAITING: u16 = 3_328;
 
 /// Change of level within a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Step {
+pub struct Step {
     /// Path distance from the beginning of the block, mm.
     pub distance: f32,
     /// Share of full power from there on, in 1/65535.
@@ -25,21 +25,31 @@ pub(crate) struct Step {
 
 /// Entries of a block: counts of the first and of the one behind the last, wrapping.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Entries {
+pub struct Entries {
+    /// Count of the first.
     pub next: u16,
+    /// Count of the one behind the last.
     pub end: u16,
 }
 
 /// The entries of all blocks.
 #[derive(Debug)]
-pub(crate) struct Levels {
+pub struct Levels {
     steps: [Step; CAPACITY],
     blocks: [Entries; MOST_BLOCKS],
     /// Count of entries ever made.
     end: u16,
 }
 
+impl Default for Levels {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Levels {
+    /// Creates an empty table.
+    #[must_use]
     pub const fn new() -> Self {
         Self {
             steps: [Step { distance: 0.0, level: 0, later: 0 }; CAPACITY],
@@ -72,21 +82,25 @@ impl Levels {
     }
 
     /// Whether no change can be added while this block is the first that waits.
+    #[must_use]
     pub fn is_full(&self, first: u32) -> bool {
         self.end.wrapping_sub(self.of(first).next) >= MOST_WAITING
     }
 
     /// Returns the entries of a block.
+    #[must_use]
     pub fn of(&self, block: u32) -> Entries {
         self.blocks[block as usize % MOST_BLOCKS]
     }
 
     /// Whether the entries of a block have not been overwritten.
+    #[must_use]
     pub fn keeps(&self, block: u32) -> bool {
         usize::from(self.end.wrapping_sub(self.of(block).next)) <= CAPACITY
     }
 
     /// Returns the first of some entries.
+    #[must_use]
     pub fn first(&self, entries: Entries) -> Option<Step> {
         if entries.next == entries.end { None } else { Some(self.steps[usize::from(entries.next) % CAPACITY]) }
     }

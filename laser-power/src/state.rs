@@ -1,13 +1,8 @@
-//! State of the laser in the motion object.
+//! State of a laser along the trajectory: the law in force, the power that it gives, and what comes next.
 
-use units::Ticks;
+use units::{TickTime, Ticks, tick_time, whole_ticks};
 
-use super::{Growth, LaserConfig, Law, Pending, PowerStore, levels::Entries};
-use crate::{
-    elsewhere::Elsewhere,
-    filters::is_before,
-    trajectory::{TickTime, tick_time, whole_ticks},
-};
+use crate::{LaserConfig, Law, Pending, PowerStore, levels::Entries};
 
 /// Power steps of at most twice this share of the present power, where it changes with the speed...
 const HALF_STEP: f32 = 0.01;
@@ -20,17 +15,13 @@ const MOST_STEPS: u32 = 64;
 
 /// A laser, if the machine has one. At the start all bits are zero.
 #[derive(Debug)]
-pub(crate) struct Laser {
+pub struct Laser {
+    /// Properties of the laser.
     pub config: Option<LaserConfig>,
     /// Factor on every level, less one.
     factor_less_one: f32,
-    /// Place of the levels along blocks and of the changes to come. A motion object that makes no steps has
-    /// none.
-    pub store: Option<Elsewhere<PowerStore>>,
-    /// The last block of the queue, while it may grow.
-    pub growth: Growth,
     /// Changes of level that the block in execution has not come to.
-    pub entries: Entries,
+    entries: Entries,
     /// Level at the cursor.
     pub level: u16,
     /// Speed in mm/s below which constant power fades, as a hold is or was in force; zero: none.
@@ -38,12 +29,13 @@ pub(crate) struct Laser {
     /// Seconds for which the machine has been as fast as before.
     pub faded: f64,
     /// Law that the filters' pending changes end with, unless it is not known.
-    pub sent: Law,
-    pub is_sent_known: bool,
-    /// Law in force at the output, and the power there, before delays.
+    sent: Law,
+    is_sent_known: bool,
+    /// Law in force at the output.
     pub law: Law,
+    /// Power at the output, before delays.
     shown: f32,
-    /// Pulses and gaps that lost their beginning, as [`crate::Counters::swallowed`].
+    /// Pulses and gaps that lost their beginning.
     pub swallowed: u32,
 }
 
@@ -52,8 +44,6 @@ impl Laser {
     pub const NONE: Self = Self {
         config: None,
         factor_less_one: 0.0,
-        store: None,
-        growth: Growth::NONE,
         entries: Entries { next: 0, end: 0 },
         level: 0,
         fade: 0.0,
@@ -65,7 +55,8 @@ impl Laser {
         swallowed: 0,
     };
 
-    /// Factor on every level.
+    /// Returns the factor on every level.
+    #[must_use]
     pub const fn factor(&self) -> f32 {
         1.0 + self.factor_less_one
     }
@@ -75,40 +66,9 @@ impl Laser {
         self.factor_less_one = factor - 1.0;
     }
 
-    /// Whether power goes to the step queue.
-    pub const fn is_on(&self) -> bool {
-        self.config.is_some() && self.store.is_some()
-    }
-
-    /// Whether no change of power waits.
-    pub fn is_quiet(&self) -> bool {
-        self.store.as_ref().is_none_or(|store| store.changes.is_empty())
-    }
-
-    /// The level does not change within the block of this count, so far.
-    pub fn begin_block(&mut self, block: u32) {
-        if let (Some(_), Some(store)) = (&self.config, &mut self.store) {
-            store.levels.begin(block);
-        }
-    }
-
-    /// Blocks from `first` up to that of count `behind`, which waits, have been put in front of it: the level
-    /// does not change within them.
-    pub fn skip_levels(&mut self, first: u32, behind: u32) {
-        let Some(store) = &mut self.store else { return };
-        for n in 0..behind.wrapping_sub(first) {
-            store.levels.skip(first.wrapping_add(n), behind);
-        }
-    }
-
-    /// Whether the levels of a released block are still there.
-    pub fn keeps(&self, block: u32) -> bool {
-        self.store.as_ref().is_none_or(|store| store.levels.keeps(block))
-    }
-
     /// Takes up the levels of the block in execution, `level` being its first, from this distance on.
-    pub fn run_block(&mut self, block: u32, level: u16, travelled: f64) {
-        let Some(store) = &self.store else { return };
+    #[inline(never)]
+    pub fn run_block(&mut self, store: &PowerStore, block: u32, level: u16, travelled: f64) {
         (self.entries, self.level) = (store.levels.of(block), level);
         while let Some(step) = store.levels.first(self.entries).filter(|step| f64::from(step.distance) <= travelled) {
             self.entries.next = self.entries.next.wrapping_add(1);
@@ -118,8 +78,8 @@ impl Laser {
 
     /// Takes the next change of level before this distance along the block in execution: the distance and how
     /// much the tag grows by there.
-    pub fn next_step(&mut self, before: f64) -> Option<(f64, u16)> {
-        let store = self.store.as_ref()?;
+    #[inline(never)]
+    pub fn next_step(&mut self, store: &PowerStore, before: f64) -> Option<(f64, u16)> {
         let step = store.levels.first(self.entries).filter(|step| f64::from(step.distance) < before)?;
         self.entries.next = self.entries.next.wrapping_add(1);
         self.level = step.level;
@@ -128,7 +88,8 @@ impl Laser {
 
     /// The law in force holds for `seconds` from `from` on, while the speed changes evenly from `entry` to
     /// `exit`, mm/s.
-    pub fn along(&mut self, from: TickTime, seconds: f64, [entry, exit]: [f64; 2]) {
+    #[inline(never)]
+    pub fn along(&mut self, store: &mut PowerStore, from: TickTime, seconds: f64, [entry, exit]: [f64; 2]) {
         let bounded = |power: f32| if power < 1.0 { power } else { 1.0 };
         let [mut first, mut last] = [entry, exit].map(|speed| bounded(self.law.power(speed) * self.factor()));
         if entry == 0.0 && exit == 0.0 {
@@ -140,7 +101,7 @@ impl Laser {
         let off_by = |power: f32, shown: f32| if power > shown { power - shown } else { shown - power };
         if first == last || self.law.level == 0 {
             if off_by(first, self.shown) > ROUNDING * first || (first == 0.0) != (self.shown == 0.0) {
-                self.show(from, first, true);
+                self.show(store, from, first, true);
             }
             return;
         }
@@ -151,7 +112,7 @@ impl Laser {
             if next < 0.5 * finest { 0.5 * finest } else { bounded(next) }
         };
         if off_by(first, self.shown) > 1.001 * band(self.shown) {
-            self.show(from, next(first), true);
+            self.show(store, from, next(first), true);
         }
         for _ in 0..MOST_STEPS {
             let reached = self.shown + step * band(self.shown);
@@ -161,14 +122,15 @@ impl Laser {
             }
             let share = (reached - first) / (last - first);
             let share = if share > 0.0 { f64::from(share) } else { 0.0 };
-            self.show(from + tick_time(share * seconds), next(reached), false);
+            self.show(store, from + tick_time(share * seconds), next(reached), false);
         }
     }
 
     /// The power is this from then on, before delays. An edge goes up or down with its own delay; what
     /// follows the speed keeps one delay, or its steps would change places.
-    fn show(&mut self, at: TickTime, power: f32, is_edge: bool) {
-        let (Some(config), Some(store)) = (&self.config, &mut self.store) else { return };
+    #[inline(never)]
+    fn show(&mut self, store: &mut PowerStore, at: TickTime, power: f32, is_edge: bool) {
+        let Some(config) = &self.config else { return };
         let delay = if is_edge && power < self.shown { config.off_delay } else { config.on_delay };
         let at = Ticks(whole_ticks(at).0.saturating_add_signed(i64::from(delay)));
         self.shown = power;
@@ -176,16 +138,19 @@ impl Laser {
     }
 
     /// The laser is off from then on, before delays.
-    pub fn rest(&mut self, at: TickTime) {
+    pub fn rest(&mut self, store: &mut PowerStore, at: TickTime) {
         self.law = Law::OFF;
         if self.shown != 0.0 {
-            self.show(at, 0.0, true);
+            self.show(store, at, 0.0, true);
         }
     }
 
     /// This law holds from a time of the trajectory on.
-    pub fn send(&mut self, time: u64, law: Law) {
-        let Some(store) = self.store.as_mut().filter(|_| !self.is_sent_known || self.sent != law) else { return };
+    #[inline(never)]
+    pub fn send(&mut self, store: &mut PowerStore, time: u64, law: Law) {
+        if self.is_sent_known && self.sent == law {
+            return;
+        }
         if !store.pending.push(Pending { time, law })
             && let Some(last) = store.pending.last_mut()
         {
@@ -197,40 +162,41 @@ impl Laser {
     }
 
     /// Forgets the laws that hold from this time of the trajectory on.
-    pub fn take_back(&mut self, time: u64) {
-        let Some(store) = &mut self.store else { return };
-        while store.pending.last_mut().is_some_and(|last| !is_before(last.time, time)) {
+    #[inline(never)]
+    pub fn take_back(&mut self, store: &mut PowerStore, time: u64) {
+        while store.pending.last_mut().is_some_and(|last| last.time.wrapping_sub(time) as i64 >= 0) {
             store.pending.drop_last();
         }
         self.is_sent_known = false;
     }
 
-    /// Shifts the laws to come in time.
-    pub fn shift(&mut self, by: TickTime) {
-        let Some(store) = &mut self.store else { return };
-        for index in 0..store.pending.len() {
-            if let Some(pending) = store.pending.get_mut(index) {
-                pending.time = pending.time.wrapping_add(by.to_bits() as u64);
-            }
-        }
-    }
-
     /// Forgets all power that is to come, as nothing of it is played.
-    pub fn clear(&mut self) {
-        if let Some(store) = &mut self.store {
-            store.pending.clear();
-            store.changes.clear();
-        }
-        self.growth.moves = 0;
+    #[inline(never)]
+    pub fn clear(&mut self, store: &mut PowerStore) {
+        store.pending.clear();
+        store.changes.clear();
         (self.entries, self.level, self.fade) = (Entries::default(), 0, 0.0);
         (self.law, self.sent, self.is_sent_known, self.shown) = (Law::OFF, Law::OFF, false, 0.0);
     }
+}
 
-    /// Forgets all power that is to come; the first event is that the laser goes off.
-    pub fn off_at_once(&mut self, at: Ticks) {
-        self.clear();
-        if let (Some(_), Some(store)) = (&self.config, &mut self.store) {
-            store.changes.off_at_once(at);
+impl PowerStore {
+    /// Blocks from `first` up to that of count `behind`, which waits, have been put in front of it: the level
+    /// does not change within them.
+    #[inline(never)]
+    pub fn skip_levels(&mut self, first: u32, behind: u32) {
+        for n in 0..behind.wrapping_sub(first) {
+            self.levels.skip(first.wrapping_add(n), behind);
+        }
+    }
+
+    /// Shifts the laws to come in time.
+    #[inline(never)]
+    pub fn shift(&mut self, by: TickTime) {
+        for index in 0..self.pending.len() {
+            if let Some(pending) = self.pending.get_mut(index) {
+                pending.time = pending.time.wrapping_add(by.to_bits() as u64);
+            }
         }
     }
 }

@@ -4,9 +4,7 @@
 //! the later one is what the program wants from there on, and the one ahead is dropped: an edge never
 //! overtakes another. A pulse or a gap whose beginning is lost thereby is counted.
 
-use units::Ticks;
-
-use crate::short_ring::Ring;
+use units::{Ring, Ticks};
 
 /// Changes that can wait: those of a delay of 10 ms at 25 000 a second.
 const CAPACITY: usize = 256;
@@ -19,16 +17,18 @@ struct Change {
 
 /// Answer to the feed's request for a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum NextChange {
+pub enum NextChange {
     /// The laser gets this duty, in 1/65535, then.
     Due(Ticks, u16),
     /// The next change is that far off.
     Later(Ticks),
+    /// Nothing waits.
     None,
 }
 
 impl NextChange {
     /// Whether a change is due.
+    #[must_use]
     pub const fn is_due(self) -> bool {
         matches!(self, Self::Due(..))
     }
@@ -36,13 +36,21 @@ impl NextChange {
 
 /// The changes that wait.
 #[derive(Debug)]
-pub(crate) struct Changes {
+pub struct Changes {
     waiting: Ring<Change, CAPACITY>,
     /// The last change handed out.
     taken: Change,
 }
 
+impl Default for Changes {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Changes {
+    /// Creates an empty list.
+    #[must_use]
     pub const fn new() -> Self {
         Self { waiting: Ring::new(Change { at: 0, duty: 0 }), taken: Change { at: 0, duty: 0 } }
     }
@@ -53,6 +61,7 @@ impl Changes {
     }
 
     /// Appends a change. Returns the number of pulses and gaps whose beginning is lost.
+    #[inline(never)]
     pub fn push(&mut self, at: Ticks, duty: u16) -> u32 {
         let is_on = |change: Change| change.duty > 0;
         let mut lost = 0;
@@ -89,11 +98,13 @@ impl Changes {
     }
 
     /// Whether a change is due before `until`.
+    #[must_use]
     pub fn has_before(&self, until: Ticks) -> bool {
         self.waiting.get(0).is_some_and(|change| change.at < until.0)
     }
 
     /// Whether nothing waits.
+    #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.waiting.len() == 0
     }
