@@ -10,8 +10,10 @@ use config::MachineConfig;
 use program::{Interpreter, LaserSetup, State, Words};
 use units::{Micros, STEP_CLOCK_HZ};
 
-/// Time of `fire` where none is given.
-const USUAL: Micros = Micros::from_seconds(1);
+/// Time of `fire` where none is given, milliseconds.
+const USUAL_MS: f64 = 1e3;
+/// Longest time of `fire`, milliseconds.
+const MOST_MS: f64 = 60e3;
 /// Longest time of a beam at rest.
 const LONGEST: Micros = Micros::from_seconds(60);
 
@@ -129,23 +131,18 @@ impl Beam {
                 return Ok(0.0);
             }
             (None | Some("status"), None, None) => return Ok(self.percent(most)),
-            (Some(percent), time, None) => (gcode::read_f64(percent), time),
+            (Some(percent), ms, None) => (gcode::read_f64(percent), ms.map_or(Some(USUAL_MS), gcode::read_f64)),
             _ => (None, None),
         };
-        let milliseconds = time.map(|time| time.parse::<u64>().ok().filter(|ms| (1..=60_000).contains(ms)));
-        let time = match milliseconds {
-            None => Some(USUAL),
-            Some(time) => time.map(|ms| Micros(ms * 1_000)),
-        };
         let percent = percent.filter(|percent| (0.0..=100.0).contains(percent));
-        let (Some(percent), Some(time)) = (percent, time) else {
+        let (Some(percent), Some(ms)) = (percent, ms.filter(|ms| (1.0..=MOST_MS).contains(ms))) else {
             return Err(texts.because("fire takes percent, 0 to 100, and ms, 1 to 60000; or off, or status"));
         };
         if !self.is_unlocked {
             return Err(texts.because("the laser is locked: close the door and its interlocks"));
         }
         let duty = (percent as f32 / 100.0 * most * f32::from(u16::MAX) + 0.5) as u16;
-        self.fire = Some(Fire { duty, until: now.plus(time) });
+        self.fire = Some(Fire { duty, until: now.plus(Micros((ms * 1e3) as u64)) });
         self.give(port, duty);
         Ok(percent as f32)
     }

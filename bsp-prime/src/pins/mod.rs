@@ -160,6 +160,7 @@ impl Pins {
     ///
     /// # Errors
     /// [`PinError`] naming both sides.
+    #[inline(never)]
     pub fn alternate(&mut self, spec: PinSpec, function: u8, owner: &str) -> Result<(), PinError> {
         self.claim(spec.pin, owner)?;
         configure(spec.pin, Mode::Alternate(function, Speed::Low), spec.pull, spec.open_drain);
