@@ -121,7 +121,7 @@ problems! {
         /// M4 on a machine whose spindle cannot turn counter-clockwise.
         NoReverse = "this spindle has no M4: see input_reverse_command of [switch]",
         /// A list of powers where none can be.
-        Pixels = "S with : or @ is at most 32 powers, each for 1 to 65535 pixels, of a straight G1 after G94, for a laser",
+        Pixels = "S with : or @ takes 32 powers of 1 to 65535 pixels at most, on a straight G1 (G94), with a laser",
         ThreadPlane = "G76 threads in the plane of G18",
         NoThreadSide = "G76: I is below 0 for an external thread, above 0 for an internal one",
         ThreadHeight = "G76: K, the height of the thread, must be above J, the first cut",
