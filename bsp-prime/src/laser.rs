@@ -40,8 +40,10 @@ struct Shared {
     /// Counts of the period.
     counts: AtomicU32,
     gate: AtomicPtr<u32>,
-    /// BSRR word that switches the gate on; 0 without one.
+    /// BSRR word that switches the gate on; 0, which does nothing, without one, and while the output is dark.
     gate_on: AtomicU32,
+    /// BSRR word that switches the gate off; 0 without one.
+    gate_off: AtomicU32,
     /// Duty that the executor has given, until something moves.
     at_rest: AtomicU32,
     /// Time of the executor's last look, low half of the microseconds.
@@ -59,6 +61,7 @@ static SHARED: Shared = Shared {
     counts: AtomicU32::new(0),
     gate: AtomicPtr::new(core::ptr::null_mut()),
     gate_on: AtomicU32::new(0),
+    gate_off: AtomicU32::new(0),
     at_rest: AtomicU32::new(0),
     looked: AtomicU32::new(0),
     lapsed: AtomicBool::new(false),
@@ -90,6 +93,10 @@ pub struct Drive {
 pub struct Laser {
     timer: usize,
     channel: usize,
+    /// BSRR word that switches the gate on; 0 without one.
+    gate_on: u32,
+    /// Whether the output is kept off, whatever the duty is.
+    is_dark: bool,
 }
 
 fn registers(timer: usize) -> &'static pac::tim1::RegisterBlock {
@@ -119,6 +126,7 @@ impl Laser {
     ///
     /// # Errors
     /// [`PinError`] when a pin is taken; there is no laser then.
+    #[inline(never)]
     pub fn set_up(
         LaserTimer(timer): LaserTimer,
         channel: usize,
@@ -127,7 +135,8 @@ impl Laser {
         pins: &mut Pins,
         owner: &str,
     ) -> Result<Self, PinError> {
-        let mut laser = Self { timer, channel: channel & 3 };
+        let gate = gate.unwrap_or(FastPin::NONE);
+        let mut laser = Self { timer, channel: channel & 3, gate_on: gate.on_word(), is_dark: false };
         let channel = laser.channel;
         let registers = registers(timer);
         laser.set_mode(FORCED_INACTIVE);
@@ -138,9 +147,9 @@ impl Laser {
         registers.ccer.write(|w| unsafe { w.bits(enable) });
         SHARED.compare.store(compare_register(registers, channel), Ordering::Relaxed);
         SHARED.generate.store(registers.egr.as_ptr(), Ordering::Relaxed);
-        let gate = gate.unwrap_or(FastPin::NONE);
         SHARED.gate.store(gate.register(), Ordering::Relaxed);
-        SHARED.gate_on.store(gate.on_word(), Ordering::Relaxed);
+        SHARED.gate_on.store(laser.gate_on, Ordering::Relaxed);
+        SHARED.gate_off.store(gate.off_word(), Ordering::Relaxed);
         laser.set_frequency(drive.frequency_hz);
         // RM0399 section 42.4.20, MOE: outputs follow their channels.
         registers.bdtr.write(|w| w.moe().set_bit());
@@ -155,6 +164,7 @@ impl Laser {
     }
 
     /// Sets the frequency of the duty, hertz; the duty becomes 0. Only while nothing moves.
+    #[inline(never)]
     pub fn set_frequency(&mut self, hertz: u32) {
         let (divider, counts) = divided(hertz);
         let registers = registers(self.timer);
@@ -167,19 +177,46 @@ impl Laser {
     }
 
     /// Locks the laser off, or lets what comes from now on through to it.
+    #[inline(never)]
     pub fn lock(&mut self, is_locked: bool) {
         // The interrupt switches nothing on from here on, whenever it comes.
         SHARED.is_open.store(0, Ordering::Release);
         self.set_mode(FORCED_INACTIVE);
-        write(&SHARED.gate, SHARED.gate_on.load(Ordering::Relaxed).rotate_left(16));
+        close_gate();
         write(&SHARED.compare, 0);
         SHARED.at_rest.store(0, Ordering::Relaxed);
         alarm::enable(false);
         if !is_locked {
-            self.set_mode(PWM_MODE_1);
+            if !self.is_dark {
+                self.set_mode(PWM_MODE_1);
+            }
             alarm::put_off(LOOKS_WITHIN_US);
             alarm::enable(true);
             SHARED.is_open.store(1, Ordering::Release);
+        }
+    }
+
+    /// Keeps the output off while the duty follows the path, or lets the duty that is by now come out, unless
+    /// the laser is locked.
+    #[inline(never)]
+    pub fn darken(&mut self, is_dark: bool) {
+        self.is_dark = is_dark;
+        if is_dark {
+            // The interrupt leaves the gate off from here on, whenever it comes.
+            SHARED.gate_on.store(0, Ordering::Release);
+            self.set_mode(FORCED_INACTIVE);
+            close_gate();
+            return;
+        }
+        SHARED.gate_on.store(self.gate_on, Ordering::Release);
+        if SHARED.is_open.load(Ordering::Relaxed) != 0 {
+            self.set_mode(PWM_MODE_1);
+        }
+        // Locked, the duty is 0. The interrupt may change it meanwhile, but not that often.
+        for _ in 0..4 {
+            if brings_gate_after() {
+                break;
+            }
         }
     }
 
@@ -198,6 +235,7 @@ impl Laser {
         SHARED.lapsed.swap(false, Ordering::Relaxed)
     }
 
+    #[inline(never)]
     fn set_mode(&self, mode: u32) {
         let (registers, bits) = (registers(self.timer), mode << (8 * (self.channel as u32 & 1)));
         // SAFETY: a valid pattern of the mode register (RM0399 sections 42.4.8 and 42.4.10), whose other
@@ -241,7 +279,7 @@ pub fn on_alarm() {
     if alarm::acknowledge() && SHARED.is_open.swap(0, Ordering::Relaxed) != 0 {
         write(&SHARED.compare, 0);
         write(&SHARED.generate, UPDATE);
-        write(&SHARED.gate, SHARED.gate_on.load(Ordering::Relaxed).rotate_left(16));
+        close_gate();
         SHARED.lapsed.store(true, Ordering::Relaxed);
     }
 }
@@ -268,6 +306,32 @@ fn write(register: &AtomicPtr<u32>, word: u32) {
     }
 }
 
+fn read(register: &AtomicPtr<u32>) -> u32 {
+    let register = register.load(Ordering::Relaxed);
+    // SAFETY: as in `write`; none of these registers changes by being read.
+    if register.is_null() { 0 } else { unsafe { register.read_volatile() } }
+}
+
+#[inline(never)]
+fn close_gate() {
+    write(&SHARED.gate, SHARED.gate_off.load(Ordering::Relaxed));
+}
+
+/// Switches the gate on or off, as the compare value has power or none.
+#[inline(always)]
+fn follow_with_gate(compare: u32) {
+    let word = if compare == 0 { &SHARED.gate_off } else { &SHARED.gate_on };
+    write(&SHARED.gate, word.load(Ordering::Acquire));
+}
+
+/// Brings the gate after the duty. False when the interrupt has changed the duty meanwhile.
+#[inline(never)]
+fn brings_gate_after() -> bool {
+    let compare = read(&SHARED.compare);
+    follow_with_gate(compare);
+    read(&SHARED.compare) == compare
+}
+
 /// Gives the laser a duty, 1/65535, from this moment on, unless it is locked. The step interrupt's part:
 /// integers only, no wait.
 #[inline(never)]
@@ -281,8 +345,7 @@ pub(crate) extern "C" fn play(duty: u16) {
     let compare = (share * SHARED.counts.load(Ordering::Relaxed) + 0x8000) >> 16;
     write(&SHARED.compare, compare);
     write(&SHARED.generate, UPDATE);
-    let on = SHARED.gate_on.load(Ordering::Relaxed);
-    write(&SHARED.gate, if compare == 0 { on.rotate_left(16) } else { on });
+    follow_with_gate(compare);
 }
 
 /// Returns the laser's duty of an event whose pins have been written, as a motor's turn: the laser's place
@@ -313,6 +376,6 @@ pub(crate) fn force_off() {
     }
     if IS_SET_UP.load(Ordering::Acquire) {
         SHARED.is_open.store(0, Ordering::Relaxed);
-        write(&SHARED.gate, SHARED.gate_on.load(Ordering::Relaxed).rotate_left(16));
+        close_gate();
     }
 }

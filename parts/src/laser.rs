@@ -29,6 +29,8 @@ struct Fire {
 pub struct Beam {
     /// Whether the port has been told that the laser is locked; it is, at the start.
     is_unlocked: bool,
+    /// Whether the port has been told to keep the output off for a hold.
+    is_dark: bool,
     /// Beam that `fire` asked for.
     fire: Option<Fire>,
     /// Duty at rest that the program asks for without laser mode, and since when.
@@ -50,6 +52,24 @@ impl Beam {
         if self.is_unlocked == is_locked {
             port.lock_laser(is_locked);
             self.is_unlocked = !is_locked;
+        }
+    }
+
+    /// Locks the laser, keeps its output off for a hold, or both. What ends power comes before what lets it
+    /// through.
+    pub fn shut(&mut self, port: &mut impl LaserPort, is_locked: bool, is_dark: bool) {
+        if is_dark {
+            self.darken(port, true);
+        }
+        self.lock(port, is_locked);
+        self.darken(port, is_dark);
+    }
+
+    /// Keeps the output off while the machine holds, or lets the path's power come out again.
+    pub fn darken(&mut self, port: &mut impl LaserPort, is_dark: bool) {
+        if self.is_dark != is_dark {
+            port.darken_laser(is_dark);
+            self.is_dark = is_dark;
         }
     }
 
@@ -125,7 +145,7 @@ impl Beam {
         arguments: &str,
     ) -> Result<f32, Failure> {
         let mut words = arguments.split_whitespace();
-        let (percent, time) = match (words.next(), words.next(), words.next()) {
+        let (percent, ms) = match (words.next(), words.next(), words.next()) {
             (Some("off"), None, None) => {
                 self.end(port);
                 return Ok(0.0);
@@ -264,6 +284,8 @@ mod tests {
         fn lock_laser(&mut self, is_locked: bool) {
             self.locked.push(is_locked);
         }
+
+        fn darken_laser(&mut self, _: bool) {}
 
         fn set_laser(&mut self, duty: u16) {
             self.duties.push(duty);

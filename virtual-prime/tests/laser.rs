@@ -152,6 +152,50 @@ fn a_picture_s_edges_at_the_pin_are_in_their_places() {
     }
 }
 
+/// Holds a burning move at such a phase of the step feed's and the executor's periods, and goes on. Returns
+/// the time from the end of the byte to the last light at the pin, nanoseconds, and every step of X.
+fn held(law: &str, hold: &str, phase_us: u64) -> (u64, Vec<StepEdge>) {
+    let mut velvet = fast_laser().set(hold).start();
+    velvet.ask("G28.3 X10 Y0 Z0", SECOND);
+    velvet.ask(law, SECOND);
+    velvet.world(|world| world.trace_mut().take());
+    velvet.type_in("G1 X290 F6000");
+    velvet.hear(600);
+    velvet.hear_for(phase_us * 1_000);
+    velvet.world(|world| world.trace_mut().take_power());
+    let held_ns = velvet.send_through(b"!");
+    velvet.hear(300);
+    let changes = velvet.world(|world| world.trace_mut().take_power());
+    let dark = changes.last().copied().filter(|change| change.duty == 0);
+    let dark_ns = dark.unwrap_or_else(|| panic!("{law}: {changes:?}")).time_ns;
+    let resumed_ns = velvet.send_through(b"~");
+    velvet.hear(300);
+    let changes = velvet.world(|world| world.trace_mut().take_power());
+    let back = changes.iter().find(|change| change.duty > 0).expect("the beam comes back");
+    let share = f64::from(changes.last().map_or(0, |change| change.duty)) / f64::from(u16::MAX);
+    assert!((share - 0.5).abs() < 1e-3, "{law}: the same S goes on, not {share}");
+    assert!(back.time_ns - resumed_ns < 3 * MS, "{law}: it is back with the motors");
+    velvet.hear(3 * SECOND);
+    let changes = velvet.world(|world| world.trace_mut().take_power());
+    assert_eq!(changes.last().map(|change| change.duty), Some(0), "{law}: off at the end");
+    (dark_ns - held_ns, velvet.world(|world| world.trace_mut().take()))
+}
+
+#[test]
+fn a_hold_ends_the_light_at_the_pin_and_moves_no_step_otherwise() {
+    for law in ["M3 S500", "M4 S500"] {
+        let mut worst_ns = 0;
+        for phase_us in [0, 61, 122, 183, 244, 305] {
+            worst_ns = worst_ns.max(held(law, "[laser] hold = off", phase_us).0);
+        }
+        println!("{law}: dark {} us after the hold at most", worst_ns / 1_000);
+        assert!(worst_ns <= MS, "{law}: {worst_ns} ns");
+        let [(_, off), (faded_ns, fade)] = ["off", "fade"].map(|hold| held(law, &format!("[laser] hold = {hold}"), 0));
+        assert!(faded_ns > 20 * MS, "{law} fades with the brake: {faded_ns} ns");
+        assert!(off.len() > 1_000 && off == fade, "{law}: the same steps");
+    }
+}
+
 /// Number of pixels that a raster line takes here.
 const PIXELS_OF_A_LINE: usize = 30;
 

@@ -193,6 +193,8 @@ impl HeatPort for World {
 impl LaserPort for World {
     fn lock_laser(&mut self, _: bool) {}
 
+    fn darken_laser(&mut self, _: bool) {}
+
     fn set_laser(&mut self, _: u16) {}
 
     fn look_at_laser(&mut self) -> bool {

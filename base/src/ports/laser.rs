@@ -6,6 +6,10 @@ pub trait LaserPort {
     /// Locks the laser off, whatever the path says, or lets what comes from now on through to it.
     fn lock_laser(&mut self, is_locked: bool);
 
+    /// Keeps the output off while the machine holds, or lets the power that the path has by now come out
+    /// again, unless the laser is locked.
+    fn darken_laser(&mut self, is_dark: bool);
+
     /// Gives the laser a duty, 1/65535, until the path changes it. Only while nothing moves.
     fn set_laser(&mut self, duty: u16);
 

@@ -2,8 +2,8 @@
 
 use crate::names::{Command, Name};
 use crate::pin::{Pin, PwmOutput};
-use crate::setting::build::{bool, integer, number, pin, places, text};
-use crate::setting::declare::settings;
+use crate::setting::build::{bool, integer, number, pin, places, text, word};
+use crate::setting::declare::{settings, words};
 use crate::setting::{PinRole, Support};
 use heapless::Vec;
 
@@ -11,6 +11,18 @@ use heapless::Vec;
 pub const MAX_POWER_POINTS: usize = 32;
 /// Greatest number of interlocks of a laser.
 pub const MAX_INTERLOCKS: usize = 4;
+
+words! {
+    /// Power of a laser while a moving machine comes to rest for a hold.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum LaserInHold {
+        /// None, at once.
+        #[default]
+        Off = "off",
+        /// Power that fades with the speed, until the machine stands.
+        Fade = "fade",
+    }
+}
 
 settings! {
     /// A laser whose power belongs to places of the path: M3 constant, M4 by the speed, off in G0, at rest,
@@ -62,6 +74,9 @@ settings! {
         /// counted from minimum_power to maximum_power: 0.1,0 0.5,0.3 1,1. Empty: power is proportional to
         /// the duty.
         power_table: Vec<[f64; 2], MAX_POWER_POINTS> = places(MAX_POWER_POINTS).unit("fraction").velvet();
+        /// A hold's beam: off at once, which leaves a gap as long as the way to rest; or fading with the
+        /// speed, so that a picture has no gap.
+        hold: LaserInHold = word("off", LaserInHold::WORDS).velvet();
         /// Names of inputs of [switch], with commas between, up to four: a lid, a flow of water. While one is
         /// on, the beam is locked, a moving machine holds, and no job starts. Wire each so that a broken wire
         /// is on.

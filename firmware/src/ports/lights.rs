@@ -11,6 +11,12 @@ impl<L: Locks> LaserPort for BoardPorts<L> {
         }
     }
 
+    fn darken_laser(&mut self, is_dark: bool) {
+        if let Some(laser) = &mut self.laser {
+            laser.darken(is_dark);
+        }
+    }
+
     fn set_laser(&mut self, duty: u16) {
         if let Some(laser) = &mut self.laser {
             laser.set(duty);

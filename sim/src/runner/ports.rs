@@ -96,6 +96,11 @@ impl LaserPort for HostPorts<'_> {
         simulation.world.borrow_mut().lock_laser(simulation.now_ns.get(), is_locked);
     }
 
+    fn darken_laser(&mut self, is_dark: bool) {
+        let simulation = &self.shared.simulation;
+        simulation.world.borrow_mut().darken_laser(simulation.now_ns.get(), is_dark);
+    }
+
     fn set_laser(&mut self, duty: u16) {
         let simulation = &self.shared.simulation;
         simulation.world.borrow_mut().set_laser(simulation.now_ns.get(), duty);

@@ -7,13 +7,18 @@ use crate::trace::PowerChange;
 #[derive(Clone, Debug, Default)]
 pub struct Laser {
     is_unlocked: bool,
+    /// Kept off while the machine holds.
+    is_dark: bool,
+    /// Duty that the path or the executor asks for.
+    asked: u16,
+    /// Duty at the output.
     duty: u16,
     /// Whether power went off because it was not renewed, since the firmware last looked.
     has_lapsed: bool,
 }
 
 impl Laser {
-    /// Returns the duty, 1/65535.
+    /// Returns the duty at the output, 1/65535.
     #[must_use]
     pub const fn duty(&self) -> u16 {
         self.duty
@@ -30,13 +35,21 @@ impl World {
     /// Gives the laser another duty, 1/65535, unless it is locked.
     pub fn set_laser(&mut self, at_ns: u64, duty: u16) {
         if self.laser.is_unlocked {
-            self.change_laser(at_ns, duty);
+            self.laser.asked = duty;
+            self.change_laser(at_ns, if self.laser.is_dark { 0 } else { duty });
         }
+    }
+
+    /// Keeps the output off, or lets the duty come out again.
+    pub fn darken_laser(&mut self, at_ns: u64, is_dark: bool) {
+        self.laser.is_dark = is_dark;
+        self.set_laser(at_ns, self.laser.asked);
     }
 
     /// Locks the laser off, or lets what comes from now on through.
     pub fn lock_laser(&mut self, at_ns: u64, is_locked: bool) {
         self.laser.is_unlocked = !is_locked;
+        self.laser.asked = 0;
         self.change_laser(at_ns, 0);
     }
 

@@ -37,6 +37,7 @@ pub const ROWS: &[Row] = &[
     row("[laser] on_delay", "0", "50", Say(&["M452"])).with(LASER),
     row("[laser] off_delay", "0", "50", Say(&["M452"])).with(LASER),
     row("[laser] power_table", "", "0,0 0.5,0.2 1,1", Say(&["M452"])).with(LASER),
+    row("[laser] hold", "off", "fade", Look(held)).with(LASER),
     row("[laser] interlock_switches", "", "lid", Look(opened)).with(LASER),
     row("[laser] air_switch", "", "air", Say(&["M3", "switch air"])).with(LASER),
 ];
@@ -54,6 +55,18 @@ fn jogged(bench: &mut Bench) -> String {
     bench.hear(1.0);
     let changes = bench.world(|world| world.trace_mut().take_power());
     changes.iter().map(|change| change.duty).max().unwrap_or_default().to_string()
+}
+
+/// Returns the powers that a hold of a burning move has.
+fn held(bench: &mut Bench) -> String {
+    bench.run(&["G28.3 X50 Y50 Z10", "M3 S500"]);
+    bench.type_in("G1 X150 F3000\n");
+    bench.hear(0.5);
+    bench.world(|world| world.trace_mut().take_power());
+    bench.type_in("!");
+    bench.hear(0.5);
+    let changes = bench.world(|world| world.trace_mut().take_power());
+    changes.iter().map(|change| format!("{} ", change.duty)).collect()
 }
 
 /// Returns what is said when the lid opens.

@@ -118,6 +118,24 @@ fn lid(case: &Case) -> Seen {
     pressed(case, LID, true)
 }
 
+/// The duty follows the path while the machine brakes, but nothing of it leaves the output.
+fn hold(case: &Case) -> Seen {
+    let mut velvet = lit(plan(), case.state);
+    let from_ns = velvet.send_through(b"!");
+    velvet.hear(400);
+    let modes = velvet.bench.writes.take().into_iter().filter(|write| write.address == MODE && write.at_ns >= from_ns);
+    let modes: Vec<_> = modes.map(|write| (write.value & 0xFF, write.at_ns)).collect();
+    let [(FORCED_INACTIVE, output_ns)] = modes[..] else { panic!("the output is not forced once: {modes:?}") };
+    let gates: Vec<_> = changes(&mut velvet).into_iter().filter(|change| change.pin == pin(GATE)).collect();
+    let [gate] = &gates[..] else { panic!("the gate changes {} times", gates.len()) };
+    assert!(!gate.high);
+    Seen { outputs_ms: Some((output_ns.max(gate.at_ns) - from_ns) as f64 / 1e6), ..Seen::default() }
+}
+
+fn hold_at_rest(case: &Case) -> Seen {
+    ends(case, plan(), |velvet| velvet.send_through(b"!"))
+}
+
 /// Has an interrupt fail from the next heat tick on.
 #[track_caller]
 fn from_a_tick_on(case: &Case, interrupt: Interrupt, failure: Failure) -> Seen {
@@ -234,6 +252,15 @@ pub const CLASSES: &[Class] = &[
         ],
     },
     Class {
+        name: "a_hold_while_a_laser_burns",
+        what: "feed hold (`!`) while the laser burns, with `hold = off`, the default",
+        does: "the same, and brake",
+        cases: &[
+            Case { state: State::Burning, within_ms: AT_ONCE_MS, run: hold },
+            Case { state: State::Fired, within_ms: AT_ONCE_MS, run: hold_at_rest },
+        ],
+    },
+    Class {
         name: "a_step_feed_that_stops_while_a_laser_burns",
         what: "step feed stops or hangs while the laser burns, so that steps end",
         does: "the laser's watch ends its power 250 us after the feed was to come; told, and a machine that still moves holds",
@@ -272,6 +299,7 @@ super::tests! {
     a_kill_button_while_a_laser_burns
     a_door_that_opens_while_a_laser_burns
     an_interlock_that_opens_while_a_laser_burns
+    a_hold_while_a_laser_burns
     a_step_feed_that_stops_while_a_laser_burns
     an_executor_that_hangs_while_a_laser_is_fired
     a_firmware_that_ends_itself_while_a_laser_burns

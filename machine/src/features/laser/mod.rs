@@ -9,7 +9,7 @@ use base::safety::Event;
 use base::sessions::{Recipient, SessionId};
 use base::tuning::Tuning;
 use base::{Ports, World};
-use config::MachineConfig;
+use config::{LaserInHold, MachineConfig};
 use gcode::realtime::Realtime;
 use jobs::player::Jobs;
 use parts::laser::{self, Beam};
@@ -68,9 +68,10 @@ impl<'c, M: LaserHands<'c>> Moments<M> for Feature {
         let rests = world.ports.motion(|motion| motion.is_idle());
         let lapses = beam.lapses(&mut world.ports, rests);
         let is_locked = laser::locks(state) || open.is_some() || is_door_open(world) || beam.has_lapsed();
-        beam.lock(&mut world.ports, is_locked);
+        let is_held = state == State::Hold;
+        beam.shut(&mut world.ports, is_locked, is_held && world.config.laser.hold == LaserInHold::Off);
         let asked = laser::asked_at_rest(program, &tuning.laser, world.config);
-        beam.look(&mut world.ports, now, rests, asked);
+        beam.look(&mut world.ports, now, rests && !is_held, asked);
         if open.is_some() != core::mem::replace(&mut beam.told_open, open.is_some())
             && let Some(name) = open
         {
@@ -133,6 +134,12 @@ impl<'c, M: LaserHands<'c>> Moments<M> for Feature {
             hands.laser().beam.goes_on();
         }
         open.is_none()
+    }
+
+    /// The first step that burns may come before the next look.
+    fn goes_on(hands: &mut M, _from: State) {
+        let Lased { beam, world, .. } = hands.laser();
+        beam.darken(&mut world.ports, false);
     }
 
     fn stops(hands: &mut M) {

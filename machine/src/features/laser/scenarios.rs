@@ -117,7 +117,11 @@ fn changes(bench: &mut Bench) -> Vec<(f64, u16)> {
 
 /// Starts a machine at X50 that may home, probe and jog.
 fn placed() -> Bench {
-    let mut bench = plan().adding("\n[safety door]\nenable = true\npin = PJ6^\n").start();
+    placed_with("[laser] hold = off")
+}
+
+fn placed_with(line: &str) -> Bench {
+    let mut bench = plan().adding("\n[safety door]\nenable = true\npin = PJ6^\n").set(line).start();
     bench.run(&["G28.3 X50 Y50 Z10"]);
     bench
 }
@@ -168,8 +172,8 @@ fn a_jog_shows_the_place_with_no_more_than_the_power_for_framing() {
 }
 
 #[test]
-fn a_hold_takes_the_power_down_with_the_speed_and_brings_it_back() {
-    let mut bench = placed();
+fn a_hold_that_fades_takes_the_power_down_with_the_speed_and_brings_it_back() {
+    let mut bench = placed_with("[laser] hold = fade");
     bench.run(&["M3 S500"]);
     bench.type_in("G1 X190 F3000\n");
     bench.hear(1.0);
@@ -184,6 +188,82 @@ fn a_hold_takes_the_power_down_with_the_speed_and_brings_it_back() {
     bench.type_in("~");
     bench.hear(1.0);
     assert_eq!(changes(&mut bench).last().map(|(_, duty)| *duty), Some(32_768), "the same S goes on");
+}
+
+/// Power around a hold of a burning move, and the steps of all of it.
+struct Held {
+    /// Time from the hold to the last light, seconds.
+    dark_after_s: f64,
+    /// Time from going on to the first light, seconds.
+    back_after_s: f64,
+    steps: (u64, u64),
+}
+
+/// Holds a move with half of full power after so many milliseconds, and goes on, once at rest and once on the
+/// way to it.
+fn held(law: &str, hold: &str, after_ms: f64) -> Held {
+    let mut bench = placed_with(hold);
+    bench.run(&[law]);
+    bench.type_in("G1 X190 F3000\n");
+    bench.hear(after_ms / 1e3);
+    assert_eq!(duty(&mut bench), 32_768, "{law}");
+    changes(&mut bench);
+    let held_s = bench.now_s();
+    bench.type_in("!");
+    bench.hear(0.5);
+    assert!(bench.status().starts_with("<Hold:0"), "{}", bench.status());
+    let made = changes(&mut bench);
+    let (dark_s, last) = *made.last().expect("it goes off");
+    assert_eq!((last, duty(&mut bench)), (0, 0), "{law}");
+    let resumed_s = bench.now_s();
+    bench.type_in("~");
+    bench.hear(0.2);
+    let back_s = changes(&mut bench).iter().find(|(_, duty)| *duty > 0).expect("the beam comes back").0;
+    assert_eq!(duty(&mut bench), 32_768, "{law}: the same S goes on");
+    bench.type_in("!");
+    bench.hear(0.002);
+    bench.type_in("~");
+    bench.hear(0.2);
+    assert_eq!(duty(&mut bench), 32_768, "{law}: the hold was taken back before the machine stood");
+    bench.hear(4.0);
+    assert_eq!(duty(&mut bench), 0, "{law}: it rests");
+    let steps = bench.world(|world| (world.trace().total(), world.trace().edge_hash()));
+    Held { dark_after_s: dark_s - held_s, back_after_s: back_s - resumed_s, steps }
+}
+
+#[test]
+fn a_hold_ends_the_power_at_once_and_moves_no_step_otherwise() {
+    let mut worst_s = 0.0_f64;
+    for law in ["M3 S500", "M4 S500"] {
+        for phase in 0..8 {
+            let after_ms = 500.0 + 0.13 * f64::from(phase);
+            let [off, fade] = ["[laser] hold = off", "[laser] hold = fade"].map(|hold| held(law, hold, after_ms));
+            assert!(fade.dark_after_s > 0.01, "{law} fades with the brake: {}", fade.dark_after_s);
+            for Held { back_after_s, .. } in [&off, &fade] {
+                assert!((0.0..0.003).contains(back_after_s), "{law} comes back with the motors: {back_after_s}");
+            }
+            assert_eq!(off.steps, fade.steps, "{law}: the same steps");
+            worst_s = worst_s.max(off.dark_after_s);
+        }
+    }
+    println!("dark {:.0} us after the hold at most", worst_s * 1e6);
+    assert!(worst_s <= 0.000_8, "{worst_s} s");
+}
+
+#[test]
+fn a_hold_is_dark_without_laser_mode_too() {
+    for hold in ["[laser] hold = off", "[laser] hold = fade"] {
+        let mut bench = placed_with(hold);
+        bench.run(&["$32=0", "M3 S500"]);
+        bench.hear(0.1);
+        assert_eq!(duty(&mut bench), 32_768, "S is the power at rest");
+        bench.type_in("G1 X190 F3000\n");
+        bench.hear(0.5);
+        bench.type_in("!");
+        bench.hear(0.5);
+        assert!(bench.status().starts_with("<Hold:0"), "{}", bench.status());
+        assert_eq!(duty(&mut bench), 0, "{hold}");
+    }
 }
 
 #[test]
