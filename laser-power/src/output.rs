@@ -26,7 +26,8 @@ pub struct Output<'a> {
 }
 
 impl Output<'_> {
-    /// Returns the square of the speed at a share of the segment's time, mm/s: of X, Y and Z, or of all axes.
+    /// Returns the square of the speed at a share of the segment's time, mm/s: of X, Y and Z, or of all
+    /// axes.
     #[must_use]
     #[inline(never)]
     pub fn speed_sq_at(&self, share: f64, all_axes: bool) -> f64 {
@@ -35,8 +36,8 @@ impl Output<'_> {
         mean.take(count).map(|speed| speed * speed).sum()
     }
 
-    /// Returns the shares of a segment that begins at `start`, `from` at least, at which the output comes to the
-    /// place where the trajectory was at this time, by the least and by the greatest delay of an axis.
+    /// Returns the shares of a segment that begins at `start`, `from` at least, at which the output comes to
+    /// the place where the trajectory was at this time, by the least and by the greatest delay of an axis.
     #[must_use]
     #[inline(never)]
     pub fn reach(&self, time: u64, start: u64, from: f64, delays: [u64; 2]) -> [f64; 2] {
@@ -47,8 +48,8 @@ impl Output<'_> {
         })
     }
 
-    /// Returns the share within `reach` at which the output passes the place on this way, or is nearest to it;
-    /// `None` where that is in no share of this segment.
+    /// Returns the share within `reach` at which the output passes the place on this way, or is nearest to
+    /// it; `None` where that is in no share of this segment.
     #[must_use]
     #[inline(never)]
     pub fn share_past(&self, way: &([f64; 3], [f64; 3]), reach: [f64; 2], ends: bool) -> Option<f64> {
