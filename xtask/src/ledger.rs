@@ -13,6 +13,7 @@ mod history;
 mod hold;
 pub mod image;
 mod jobs;
+mod laser;
 mod machines;
 pub mod measure;
 pub mod page;

@@ -13,7 +13,8 @@ pub type Ledger = BTreeMap<String, f64>;
 pub const SIZE: &str = "flash_of_";
 
 /// Of these, more is better.
-pub const RATES: [&str; 4] = ["sustained_steps_per_s", "lines_per_s", "lines_per_s_smooth", "queue_depth_ms"];
+pub const RATES: [&str; 5] =
+    ["sustained_steps_per_s", "lines_per_s", "lines_per_s_smooth", "queue_depth_ms", "laser_pixels_per_s"];
 
 /// The ledger that lies there.
 pub fn read(path: &Path) -> Option<Ledger> {

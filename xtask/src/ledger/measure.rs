@@ -11,6 +11,7 @@ use super::board::{
 use super::figures::Ledger;
 use super::hold;
 use super::jobs;
+use super::laser;
 use super::machines::{KINDS, Kind, Machines};
 
 /// Instructions the core executes in a second of virtual time, and so what a second has room for.
@@ -72,6 +73,7 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     let (max, rms) = bench.step_error(results.of("hard")?)?;
     ledger.insert("step_error_max_ns".into(), max);
     ledger.insert("step_error_rms_ns".into(), rms);
+    laser::measure(root, bench, &machines, &mut ledger)?;
     sustained(bench, &machines, &mut ledger)?;
     Ok(ledger)
 }
