@@ -106,7 +106,7 @@ impl Changes {
     /// Whether nothing waits.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
-        self.waiting.len() == 0
+        self.waiting.is_empty()
     }
 
     /// Drops what waits; the laser goes off at once, whatever it did.

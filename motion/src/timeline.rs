@@ -180,7 +180,7 @@ impl Timeline {
             reached = Some(boundary.block);
             self.begun.drop_first();
         }
-        if rests && self.begun.len() == 0 {
+        if rests && self.begun.is_empty() {
             reached = Some(pushed);
         }
         if let Some(block) = reached {

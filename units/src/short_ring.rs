@@ -24,6 +24,12 @@ impl<T: Copy, const N: usize> Ring<T, N> {
         if index < self.length { self.items.get_mut((self.first + index) % N) } else { None }
     }
 
+    /// Whether there is no entry.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
     /// Number of entries.
     pub const fn len(&self) -> usize {
         self.length
