@@ -1,5 +1,5 @@
-//! `velvet migrate`: a Smoothieware v1 `config` or Klipper's `printer.cfg` becomes a `config.ini`, with a list
-//! of what a person has to do.
+//! `velvet migrate`: a Smoothieware v1 `config` or Klipper's `printer.cfg` becomes a `config.ini`, with a
+//! list of what a person has to do.
 
 mod board;
 mod convert;
@@ -20,15 +20,17 @@ use convert::{Conversion, ToDo};
 /// First line of a file that was a v1 config.
 const HEAD: &str = "Migrated from a Smoothieware v1 config by velvet migrate.";
 
+/// What `velvet migrate` takes.
 #[derive(clap::Args)]
 pub struct Options {
     /// Smoothieware's v1 file, usually called config, or Klipper's printer.cfg
     file: PathBuf,
-    /// Where to write: of a v1 config the new file [default: standard output], of a printer.cfg the folder for
-    /// config.ini, report.html, report.json and the printer.cfg with what it includes
+    /// Where to write: of a v1 config the new file [default: standard output], of a printer.cfg the folder
+    /// for config.ini, report.html, report.json and the printer.cfg with what it includes
     #[arg(long)]
     out: Option<PathBuf>,
-    /// v1: which new pin takes the place of which old one, `2.5 = PE3` a line [default: the Smoothieboard v1's]
+    /// v1: which new pin takes the place of which old one, `2.5 = PE3` a line [default: the Smoothieboard
+    /// v1's]
     #[arg(long, value_name = "FILE")]
     board: Option<PathBuf>,
     /// Klipper: which drivers the new board has

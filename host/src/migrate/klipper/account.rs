@@ -30,18 +30,22 @@ pub struct Verdict {
 }
 
 impl Verdict {
+    /// Makes a verdict of a class.
     pub fn new(class: Class, reason: impl Into<String>) -> Self {
         Self { class, kept: false, reason: reason.into(), nearest: String::new(), becomes: Vec::new() }
     }
 
+    /// Makes the verdict on an option that Velvet needs no counterpart of.
     pub fn needless(reason: impl Into<String>) -> Self {
         Self::new(Class::Needless, reason)
     }
 
+    /// Makes the verdict on an option that Velvet cannot follow, with the nearest thing it has.
     pub fn refused(reason: impl Into<String>, nearest: impl Into<String>) -> Self {
         Self { nearest: nearest.into(), ..Self::new(Class::Refused, reason) }
     }
 
+    /// Makes the verdict on an option that the board reads from the printer.cfg itself.
     pub fn kept(reason: impl Into<String>) -> Self {
         Self { kept: true, ..Self::new(Class::Converted, reason) }
     }
@@ -82,6 +86,7 @@ pub struct OfSection {
 pub struct Account(pub Vec<OfSection>);
 
 impl Account {
+    /// Makes an account in which no option has a verdict yet.
     pub fn new(source: &Source) -> Self {
         let of = |count: usize| OfSection { section: None, options: (0..count).map(|_| None).collect() };
         Self(source.sections.iter().map(|section| of(section.options.len())).collect())

@@ -54,6 +54,7 @@ pub struct Migration<'a> {
 }
 
 impl<'a> Migration<'a> {
+    /// Begins to migrate a file to a board.
     pub fn new(source: &'a Source, board: BoardId) -> Self {
         Self {
             board: Board::new(board),
@@ -109,10 +110,12 @@ impl<'a> Migration<'a> {
         self.judge_section(section, verdict.clone());
     }
 
+    /// Gives an option the verdict that nothing need become of it.
     pub fn needless(&mut self, section: usize, option: &str, why: &str) {
         self.judge(section, option, Verdict::needless(why));
     }
 
+    /// Gives an option the verdict that Velvet cannot follow it.
     pub fn refuse(&mut self, section: usize, option: &str, why: &str, nearest: &str) {
         self.judge(section, option, Verdict::refused(why, nearest));
     }

@@ -25,6 +25,7 @@ struct Parts<'l> {
 }
 
 impl<'s> Reader<'s> {
+    /// Makes a reader that adds to what was read before.
     pub fn new(source: &'s mut Source) -> Self {
         Self { source, section: None, option: None, indent: 0, above: Vec::new() }
     }

@@ -68,6 +68,7 @@ pub fn extruder(tool: usize) -> String {
     if tool == 0 { "extruder".to_owned() } else { format!("extruder{tool}") }
 }
 
+/// Returns the kinematics of `[printer]`, lower case.
 pub fn kinematics(m: &Migration<'_>) -> Option<String> {
     Some(m.source.section("printer")?.get("kinematics")?.trim().to_lowercase())
 }
