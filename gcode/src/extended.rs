@@ -22,6 +22,7 @@ fn word_end(body: &[u8]) -> Option<usize> {
 /// A command by name, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extended<'a> {
+    text: &'a str,
     name: &'a str,
     rest: &'a str,
 }
@@ -33,7 +34,19 @@ impl<'a> Extended<'a> {
         let text = text.get(..comment(text)).unwrap_or(text).trim();
         let end = word_end(text.as_bytes()).unwrap_or(text.len());
         let (name, rest) = text.split_at(end);
-        Self { name, rest: rest.trim() }
+        Self { text, name, rest: rest.trim() }
+    }
+
+    /// Returns the command as it is written, without comment.
+    #[must_use]
+    pub const fn text(&self) -> &'a str {
+        self.text
+    }
+
+    /// Returns what follows the name.
+    #[must_use]
+    pub const fn rest(&self) -> &'a str {
+        self.rest
     }
 
     /// Returns the name as it is written.

@@ -37,6 +37,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("base", &["units", "events", "gcode", "program", "config", "motion", "card", "thermal"]),
     ("parts", &["units", "gcode", "program", "config", "motion", "drivers", "thermal", "base"]),
     ("jobs", &["units", "events", "gcode", "program", "config", "motion", "thermal", "base"]),
+    // Klipper's configuration on the card, and what macros keep: it knows no machine, and renders nothing.
+    ("printer-cfg", &["gcode", "base"]),
     ("procedures", &["units", "gcode", "program", "config", "motion", "thermal", "base", "parts", "jobs"]),
     // The dry run, which never sees the machine itself.
     ("preflight", &["units", "gcode", "program", "config", "motion", "thermal", "base", "parts", "jobs", "procedures"]),
@@ -53,6 +55,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "base",
             "parts",
             "jobs",
+            "macros",
+            "printer-cfg",
             "procedures",
             "preflight",
         ],
@@ -186,6 +190,7 @@ const PURE: &[&str] = &[
     "base",
     "parts",
     "jobs",
+    "printer-cfg",
     "procedures",
     "preflight",
     "machine",

@@ -1,0 +1,152 @@
+//! Lines of a configuration file as Klipper reads them: `#` begins a comment anywhere, `;` behind a blank or
+//! at the beginning, blanks around a line do not count, and lines of the block that `SAVE_CONFIG` has
+//! written begin with `#*#`.
+
+use base::ports::{Storage, StorageError};
+use heapless::Vec;
+
+use crate::bytes::Bytes;
+
+/// Blanks within a line that stay as they are; more become spaces.
+const MOST_BLANKS: usize = 16;
+
+/// Beginning of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Begins {
+    /// The file ends.
+    End,
+    /// The line is empty, or nothing but a `#` comment: it counts as an empty line of a value.
+    Blank,
+    /// The line is a `;` comment, which does not count at all.
+    Comment,
+    /// There is something in it, behind so many blanks.
+    Text { indent: u16 },
+}
+
+/// Lines of a file.
+pub(crate) struct Lines<'s, S: Storage> {
+    bytes: Bytes<'s, S>,
+    /// Whether `#` and `;` within a line begin a comment.
+    cuts_comments: bool,
+    /// Number of the present line, from 1 where reading began, and its offset in the file.
+    pub number: u16,
+    pub at: u32,
+    /// Blanks that count only when something follows, and how many of them were given.
+    blanks: Vec<u8, MOST_BLANKS>,
+    given: usize,
+    spaces: u16,
+    /// The byte that follows the blanks.
+    held: Option<u8>,
+}
+
+impl<'s, S: Storage> Lines<'s, S> {
+    /// Opens a file at the offset of a line.
+    pub fn open(storage: &'s mut S, path: &str, offset: u32, cuts_comments: bool) -> Result<Self, StorageError> {
+        let bytes = Bytes::open(storage, path, offset)?;
+        Ok(Self { bytes, cuts_comments, number: 0, at: offset, blanks: Vec::new(), given: 0, spaces: 0, held: None })
+    }
+
+    /// Returns the offset of the next byte in the file.
+    pub const fn offset(&self) -> u32 {
+        self.bytes.offset()
+    }
+
+    /// Returns the error of the card that has ended the lines.
+    pub const fn error(&self) -> Option<StorageError> {
+        self.bytes.error
+    }
+
+    /// Begins the next line: takes its blanks, and what makes it none.
+    pub fn begin(&mut self) -> Begins {
+        (self.number, self.at) = (self.number.saturating_add(1), self.bytes.offset());
+        self.blanks.clear();
+        (self.given, self.spaces, self.held) = (0, 0, None);
+        let mut indent = 0;
+        loop {
+            match self.bytes.peek() {
+                None => return Begins::End,
+                Some(b'\n') => {
+                    self.bytes.take();
+                    return Begins::Blank;
+                }
+                Some(b' ' | b'\t' | b'\r') => {
+                    self.bytes.take();
+                    indent += 1;
+                }
+                Some(b'#') => {
+                    if self.is_saved() {
+                        indent = 0;
+                        continue;
+                    }
+                    self.skip();
+                    return Begins::Blank;
+                }
+                Some(b';') => {
+                    self.skip();
+                    return Begins::Comment;
+                }
+                Some(_) => return Begins::Text { indent },
+            }
+        }
+    }
+
+    /// Takes `#*#` and the blank behind it. False, and a part of it may be gone, where the line has none.
+    fn is_saved(&mut self) -> bool {
+        for wanted in *b"#*#" {
+            if self.bytes.peek() != Some(wanted) {
+                return false;
+            }
+            self.bytes.take();
+        }
+        if self.bytes.peek() == Some(b' ') {
+            self.bytes.take();
+        }
+        true
+    }
+
+    /// Skips the rest of the line, and its end.
+    pub fn skip(&mut self) {
+        while !matches!(self.bytes.take(), None | Some(b'\n')) {}
+    }
+
+    /// Gives the next byte of the line. None at its end, which is taken.
+    pub fn byte(&mut self) -> Option<u8> {
+        if let Some(blank) = self.blanks.get(self.given).copied().filter(|_| self.held.is_some()) {
+            self.given += 1;
+            return Some(blank);
+        }
+        if self.held.is_some() && self.spaces > 0 {
+            self.spaces -= 1;
+            return Some(b' ');
+        }
+        if let Some(held) = self.held.take() {
+            self.blanks.clear();
+            self.given = 0;
+            return Some(held);
+        }
+        loop {
+            match self.bytes.take()? {
+                b'\n' => return None,
+                b'#' if self.cuts_comments => break,
+                b';' if self.cuts_comments && !self.blanks.is_empty() => break,
+                blank @ (b' ' | b'\t' | b'\r') => {
+                    if self.blanks.push(blank).is_err() {
+                        self.spaces = self.spaces.saturating_add(1);
+                    }
+                }
+                byte if self.blanks.is_empty() => return Some(byte),
+                byte => {
+                    self.held = Some(byte);
+                    return self.byte_of_blanks();
+                }
+            }
+        }
+        self.skip();
+        None
+    }
+
+    fn byte_of_blanks(&mut self) -> Option<u8> {
+        self.given = 1;
+        self.blanks.first().copied()
+    }
+}
