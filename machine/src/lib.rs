@@ -16,3 +16,8 @@ mod features;
 mod machine;
 
 pub use executor::{Lasting, run};
+/// Memory of macros, as the board gives it.
+pub use printer_cfg::{
+    CODE_BYTES as MACRO_CODE_BYTES, LINES_BYTES as MACRO_LINES_BYTES, Memory as MacroMemory, Scratch as MacroText,
+    Store as MacroStore,
+};

@@ -57,6 +57,8 @@ mod grbl;
 mod laser;
 #[path = "../src/features/lights/scenarios.rs"]
 mod lights;
+#[path = "../src/features/macros/scenarios/mod.rs"]
+mod macros;
 #[path = "../src/features/network/scenarios.rs"]
 mod network;
 #[path = "../src/features/objects/scenarios/mod.rs"]

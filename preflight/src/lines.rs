@@ -6,6 +6,7 @@ use base::program_setup::PartNames;
 use gcode::{Block, Blocks, Line, Refusal, SyntaxError, WholeLine};
 use jobs::player::line_numbers::decoder_expecting;
 use motion::Motion;
+use program::extended::ExtendedFault;
 use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Problem, Remark};
 
 use super::finding::{Kind, MOST_ALIKE, Severity};
@@ -123,6 +124,8 @@ impl Reading<'_, '_> {
         match program::extended::translate(command, &names, &mut codes) {
             Ok(program::extended::Asked::Codes) => self.codes(Blocks::new(codes.as_bytes())).await,
             Ok(_) => {}
+            // Macros are on the card, and what they do is known when they are called.
+            Err(ExtendedFault::Unknown) if !self.preflight.config.macros.file.is_empty() => {}
             Err(fault) => {
                 self.say(Kind::Unknown, short(format_args!("{} {fault}", command.name())));
             }

@@ -37,6 +37,7 @@ pub enum Command {
     Sleep,
     Password,
     Fire,
+    Macros,
 }
 
 /// Questions, answered whatever the machine waits for; `$X` is none, and must work at any time.
@@ -189,6 +190,8 @@ pub const COMMANDS: &[CommandInfo] = &[
         .working().acts(),
     command("fire", Command::Fire, "percent [ms] | off | status", "laser on at rest: a second where no ms say how long, a minute at most; any line ends it")
         .working().acts(),
+    command("macros", Command::Macros, "[reload]", "Klipper's macros with what they say of themselves; reload reads their file anew")
+        .working().card(),
     command("gpio", Command::Gpio, "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working().acts(),
     command("break", Command::Break, "", "stop for a debugger; without one, the last events"),
     command("events", Command::Ask(Question::Events), "[count|all]", "what happened lately, before the last reset too, oldest first"),

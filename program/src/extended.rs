@@ -8,6 +8,7 @@ mod calibration;
 mod jobs;
 mod leveling;
 mod machine;
+mod macros;
 mod outline;
 mod refused;
 mod row;
@@ -27,11 +28,13 @@ pub enum Asked {
     Tower,
     /// Nothing to do; the name is that of the command's row.
     PassedOver(&'static str),
+    /// Something that is kept for macros, beside the program.
+    Macros,
 }
 
 /// All known commands, by topic.
-const TOPICS: [&[ExtendedInfo]; 5] =
-    [jobs::COMMANDS, calibration::COMMANDS, leveling::COMMANDS, machine::COMMANDS, refused::COMMANDS];
+const TOPICS: [&[ExtendedInfo]; 6] =
+    [jobs::COMMANDS, calibration::COMMANDS, leveling::COMMANDS, machine::COMMANDS, macros::COMMANDS, refused::COMMANDS];
 
 /// Returns every known command.
 pub fn all() -> impl Iterator<Item = &'static ExtendedInfo> {
@@ -61,6 +64,7 @@ pub fn translate(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine)
         Becomes::Console(text) => Ok(Asked::Console(text)),
         Becomes::Tower => Ok(Asked::Tower),
         Becomes::PassedOver => Ok(Asked::PassedOver(row.name)),
+        Becomes::Macros => Ok(Asked::Macros),
         Becomes::Refused => Err(ExtendedFault::Missing(row.help)),
     }
 }

@@ -68,7 +68,7 @@ pub use state::auxiliary::{Auxiliary, Spindle};
 pub use state::claims::{Claim, Claims};
 pub use state::cycle::{Cycle, Retract};
 pub use state::kept::Kept;
-pub use state::modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
+pub use state::modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, Saved, write_system_name};
 pub use state::park::ParkPosition;
 pub use state::setup::{
     CycleSetup, HeaterSetup, IoKind, IoSetup, LaserSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup,

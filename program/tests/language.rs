@@ -211,6 +211,7 @@ impl Session {
                 }
                 Ok(Asked::Tower) => asked.push("a setting changes with the height".into()),
                 Ok(Asked::Console(command)) => asked.push(format!("is the console's {command}")),
+                Ok(Asked::Macros) => asked.push("kept for macros".into()),
                 Ok(Asked::PassedOver(name)) => asked.push(format!("passed over, as {name}")),
                 Err(fault) => asked.push(format!("error: {} {fault}", command.name())),
             },

@@ -30,6 +30,7 @@ use base::sessions::SessionId;
 use config::MachineConfig;
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
+use machine::{MACRO_CODE_BYTES, MACRO_LINES_BYTES, MacroMemory, MacroStore, MacroText};
 use thermal::HeatControl;
 
 use crate::output::StepError;
@@ -96,7 +97,10 @@ impl Runner {
         let stack = DefaultStack::new(STACK_BYTES).map_err(|error| format!("no stack for the executor: {error}"))?;
         let of_executor = Rc::clone(&shared);
         let executor = Coroutine::with_stack(stack, move |yielder, ()| {
-            machine::run(HostPorts::new(of_executor, yielder), &mut Box::new(machine::Lasting::new()))
+            let (mut code, mut lines) = (vec![0; MACRO_CODE_BYTES], vec![0; MACRO_LINES_BYTES]);
+            let (mut store, mut text) = (Box::new(MacroStore::new()), Box::new(MacroText::new()));
+            let macros = MacroMemory { code: &mut code, lines: &mut lines, text: &mut text, store: &mut store };
+            machine::run(HostPorts::new(of_executor, yielder), &mut Box::new(machine::Lasting::new()), macros)
         });
         let tasks = Tasks::new(inputs);
         Ok(Self { tasks, shared, executor, machine, slot_ns: 0, turns: TURNS_PER_SLOT })

@@ -104,6 +104,8 @@ pub struct MachineConfig {
     pub kill_button: KillButton,
     /// Section `[safety door]`: the door switch.
     pub safety_door: SafetyDoor,
+    /// Section `[macros]`: Klipper's macros.
+    pub macros: MacrosConfig,
     /// Section `[player]`: jobs from files.
     pub player: PlayerConfig,
     /// Section `[tool change]`: scripts and prompt.

@@ -27,7 +27,7 @@ pub fn markdown() -> String {
 const GROUPS: &[(&str, &[&str])] = &[
     ("The board and its consoles", &[
         "general", "system", "update", "consoles", "uart console", "kill button", "safety door", "player",
-        "tool change", "network",
+        "macros", "tool change", "network",
     ]),
     ("Motion", &["motion control", "planner", "conveyor", "input shaper"]),
     ("Kinematics", &[

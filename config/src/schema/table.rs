@@ -300,6 +300,7 @@ pub const SECTIONS: &[Section] = &[
     section!("z thermal adjust", Section, Form::Plain, ZThermalConfig: |c, _| Some(&mut c.z_thermal)),
     section!("kill button", Machine, Form::Plain, KillButton: |c, _| Some(&mut c.kill_button)),
     section!("safety door", Machine, Form::Plain, SafetyDoor: |c, _| Some(&mut c.safety_door)),
+    section!("macros", Section, Form::Plain, MacrosConfig: |c, _| Some(&mut c.macros)),
     section!(
         "player",
         Section,

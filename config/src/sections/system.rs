@@ -300,6 +300,15 @@ settings! {
 }
 
 settings! {
+    /// Klipper's macros (docs/macros.md).
+    #[derive(Clone, Debug, Default)]
+    pub struct MacrosConfig {
+        /// Klipper's configuration file on the card, with its macros. Without a name there are none.
+        file: Command = text("", 96).velvet();
+    }
+}
+
+settings! {
     /// What M6 does on a machine without extruders.
     #[derive(Clone, Debug, Default)]
     pub struct ToolChangeConfig {

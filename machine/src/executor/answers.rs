@@ -82,6 +82,7 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
             return;
         }
         Origin::Startup(number) => Features::<P>::startup_line_ended(machine, number, &outcome),
+        Origin::Macro(_) => return end_macro_line(machine, outcome, last),
         _ => {}
     }
     let carried_out = outcome.is_ok();
@@ -95,6 +96,19 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
         outcome => say_answer(&mut machine.world, machine.urgent.ends(), outcome, last, source.to),
     }
     done(machine, carried_out, source);
+}
+
+/// Ends a line of a macro: nobody is answered, and a failure ends the macro with the line that has called it.
+#[cold]
+fn end_macro_line<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>) {
+    match (outcome, last) {
+        (Err(failure), _) => stack::fail(machine, failure),
+        (Ok(Answer::Unknown), Some(code)) => {
+            machine.announce(format_args!("// WARNING {code} is not known here and was passed over\n"));
+        }
+        (Ok(Answer::Said), _) => machine.frames.was_answered(),
+        (Ok(Answer::Ok | Answer::PassedOver | Answer::Unknown), _) => {}
+    }
 }
 
 /// Fails a line that has been answered already: a sender must not count a second answer.

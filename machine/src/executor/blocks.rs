@@ -13,6 +13,7 @@ use super::answers::{bad_line, finish};
 use crate::machine::frames::{Frame, Frames, NextCode, Rest};
 use crate::machine::moments::{Features, Moments};
 use crate::machine::source::{Origin, Source};
+use crate::machine::taken_codes::TakenCodes;
 use crate::machine::{Machine, effects, ignored_codes, moves, operator_pauses};
 
 /// Part of a line that is to be run.
@@ -65,6 +66,10 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         match read {
             Ok(true) => {}
             Ok(false) => break machine.program.end_line().err().map(|fault| actions::failed_by(machine, &fault)),
+            Err(error) if source.is_macros() => {
+                machine.program.drop_line();
+                break Some(machine.world.texts.refusal(error));
+            }
             Err(error) => {
                 machine.program.drop_line();
                 return bad_line(machine, error, blocks.place().0, source);
@@ -254,6 +259,11 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
         }
         _ => return Begun::Ended(Err(Failure::HALTED)),
     }
+    if machine.taken_codes != TakenCodes::None
+        && let Some(outcome) = run_taken(machine, block, source)
+    {
+        return Begun::Ended(outcome);
+    }
     let Some(row) = row else { return Begun::Ended(unknown(&machine.world, block.code, source.to)) };
     // A file that saves or loads settings would never end.
     let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);
@@ -282,6 +292,15 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
         Ok(meaning) => Begun::Means(meaning),
         Err(fault) => Begun::Ended(Err(actions::failed_by(machine, &fault))),
     }
+}
+
+/// Has a feature carry out a code that it has taken for its own. Kept out of the code that every line passes
+/// through.
+#[cold]
+#[inline(never)]
+fn run_taken<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Option<Outcome> {
+    block.code.filter(|code| machine.taken_codes.may_have(*code) && source.looks_up_names())?;
+    Features::<P>::run_code(machine, block, source)
 }
 
 /// Brings a command that has been begun to its end.

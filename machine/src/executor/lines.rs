@@ -1,7 +1,7 @@
 //! Lines: the turns of their sources, their wholeness, and their kind: codes, a command of the console, an O
 //! word.
 
-use base::failure::Answer;
+use base::failure::{Answer, Outcome};
 use base::own_frame::apart;
 use base::ports::Wake;
 use base::reason::Reason;
@@ -337,9 +337,14 @@ fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
 }
 
 /// Runs a line that comes from the machine itself.
-fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Source) {
+pub(crate) fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Source) {
     match decoder_expecting(line).decode(line) {
         Ok(decoded) => return run_decoded(machine, decoded, source),
+        Err(refusal) if source.is_macros() => {
+            let text = core::str::from_utf8(line).unwrap_or("(not text)");
+            let why = machine.world.texts.refused(format_args!("{refusal}: {text}"));
+            return finish(machine, Err(why), None, source);
+        }
         Err(Refusal::Resend { .. }) => {
             // A wrong checksum means a damaged file.
             let text = core::str::from_utf8(line).unwrap_or("(not text)");
@@ -366,6 +371,12 @@ fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source
             finish(machine, outcome, None, source);
         }
         line => {
+            let height = machine.frames.len();
+            if let Some(text) = named_commands::text_of(&line).filter(|_| source.origin != Origin::Settings)
+                && let Some(outcome) = Features::<P>::run_named(machine, text, source)
+            {
+                return when_ended(machine, height, outcome, source);
+            }
             let Machine { frames, jobs, world: World { config, texts, .. }, .. } = machine;
             match named_commands::command_of(frames, jobs, (config, texts), &line, source) {
                 Named::Console(command) => run_command(machine, command, source),
@@ -380,6 +391,11 @@ fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source
 fn run_command<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
     let height = machine.frames.len();
     let outcome = commands::run(machine, line, source.to);
+    when_ended(machine, height, outcome, source);
+}
+
+/// Answers a command, once the frames have ended that it has started since the stack had this height.
+fn when_ended<P: Ports>(machine: &mut Machine<'_, P>, height: usize, outcome: Outcome, source: Source) {
     if outcome.is_ok() && machine.frames.len() > height {
         // The command is answered when the frames it started have ended.
         let answer = outcome.unwrap_or(Answer::Ok);

@@ -35,6 +35,7 @@ use base::own_frame::apart;
 use base::ports::Wake;
 use base::sessions::Sessions;
 use preflight::forecast::{Desk, SharedForecast, Work, read_file};
+use printer_cfg::Memory;
 
 /// Time of carrying out lines after which everybody is served: most lines take ten microseconds or two.
 const SERVE_AFTER: Micros = Micros(50);
@@ -65,7 +66,9 @@ impl Lasting {
 }
 
 /// Boots and serves, for ever, resting whenever there is nothing to do ([`base::ports::Rest`]).
-pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
+///
+/// `macros`: memory of macros, whose contents are the machine's from then on.
+pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting, macros: Memory<'_>) -> Infallible {
     let Lasting { config, texts, sessions, forecast } = lasting;
     let read = apart(|| boot::read_config(&mut ports, sessions, config));
     let (config, texts, forecast) = (&*config, &*texts, &*forecast);
@@ -73,7 +76,7 @@ pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
     let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(config, texts, workspace)));
     let place = pin!(None);
     let mut forecaster = Work::new(forecast, &desk, || read_file(forecast, &desk), place);
-    let mut machine = Machine::new(ports, config, texts, sessions, read.took, forecast, &mut forecaster);
+    let mut machine = Machine::new(ports, config, texts, sessions, read.took, macros, forecast, &mut forecaster);
     apart(|| boot::start(&mut machine, read));
     loop {
         machine.serve();

@@ -52,6 +52,8 @@ pub(crate) fn command_of<'a, S>(
         }
         Ok(Asked::Console(asked)) => Named::Console(asked),
         Ok(Asked::Tower) => Named::Ended(job_control::tower(jobs, texts, &command)),
+        // A feature has carried it out, wherever there are macros.
+        Ok(Asked::Macros) => Named::Ended(Ok(Answer::Ok)),
         Ok(Asked::PassedOver(name)) => {
             if let Some(noted) = jobs.noted().filter(|_| source.origin == Origin::Job) {
                 noted.passed_over.count(Name::Command(name));
@@ -59,6 +61,15 @@ pub(crate) fn command_of<'a, S>(
             Named::Ended(Ok(Answer::PassedOver))
         }
         Err(fault) => Named::Ended(Err(texts.refused(format_args!("{} {fault}", command.name())))),
+    }
+}
+
+/// Returns the line of a command by name, or of one that may be a feature's: a console's own words are not.
+pub(crate) fn text_of<'a>(line: &Line<'a>) -> Option<&'a str> {
+    match *line {
+        Line::Extended(command) => Some(command.text()),
+        Line::Console(text) if program::commands::find(Extended::new(text).name()).is_none() => Some(text),
+        _ => None,
     }
 }
 

@@ -22,6 +22,7 @@ use super::out_of_turn;
 use crate::features::{commands, functions};
 use crate::machine::end_requests::Requester;
 use crate::machine::moments::{Features, Moments as _, Served};
+use crate::machine::source::Source;
 use crate::machine::{Machine, feed_hold, jogging, long_answers, program_io, supplies};
 
 /// Period of the looks at inputs and faults.
@@ -41,6 +42,10 @@ impl<P: Ports> Served for P {
 
     fn run_text(machine: &mut Machine<'_, P>, text: &str, dialect: Dialect, to: Recipient) -> Outcome {
         super::actions::run_text(machine, text, dialect, to)
+    }
+
+    fn run_line(machine: &mut Machine<'_, P>, line: &[u8], source: Source) {
+        super::lines::run_own_line(machine, line, source);
     }
 }
 

@@ -167,6 +167,8 @@ pub(crate) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
     machine.passed = None;
     while let Some(frame) = machine.frames.pop() {
         match frame {
+            // The macro ends with the line that has called it.
+            Frame::Rest(rest) if rest.source.is_macros() => {}
             Frame::Rest(rest) if rest.answer == Answer::Said => {
                 return answers::fail_late(machine, failure, rest.source);
             }

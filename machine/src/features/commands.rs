@@ -22,7 +22,9 @@ use crate::features::axis_tests::command;
 use crate::features::forecast::ForecastHands;
 use crate::features::functions::{Stating, StatusHands};
 use crate::features::play_from::PlayFromHands;
-use crate::features::{event_log, file_commands, forecast, functions, laser, network, play_from, update, usb_disk};
+use crate::features::{
+    event_log, file_commands, forecast, functions, laser, macros, network, play_from, update, usb_disk,
+};
 use crate::machine::fast_forward_record::Until;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, Moments as _, Served as _};
@@ -187,6 +189,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         }),
         C::CheckMode => apart(|| machine.check_mode(to)),
         C::Password => apart(|| network::set_password(&mut MachineHands::new(machine, to), arguments)),
+        C::Macros => apart(|| macros::reload::run(machine, arguments, to)),
         C::Sleep => machine.sleep().map(|()| Answer::Ok),
         C::Flash => apart(|| update::flash(&mut MachineHands::new(machine, to))),
         C::Dfu => apart(|| update::download(&mut MachineHands::new(machine, to))),

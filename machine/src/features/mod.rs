@@ -19,6 +19,7 @@ pub(crate) mod functions;
 pub(crate) mod grbl;
 pub(crate) mod laser;
 pub(crate) mod lights;
+pub(crate) mod macros;
 pub(crate) mod network;
 pub(crate) mod objects;
 pub(crate) mod paper;
@@ -38,6 +39,7 @@ use base::Ports;
 use base::failure::Failure;
 use config::MachineConfig;
 
+use printer_cfg::Memory;
 use state::{States, Step};
 
 use crate::machine::Machine;
@@ -65,6 +67,7 @@ pub(crate) type List = features![
     automatic_outputs,
     lights,
     filament,
+    macros,
     update,
     forecast,
     periodic_reports,
@@ -75,11 +78,11 @@ pub(crate) type List = features![
 
 impl<P: Ports> Featured for P {
     type List = List;
-    type States = States;
+    type States<'c> = States<'c>;
     type Step = Step;
 
-    fn states(config: &MachineConfig) -> States {
-        States::new(config)
+    fn states<'c>(config: &MachineConfig, macros: Memory<'c>) -> States<'c> {
+        States::new(config, macros)
     }
 
     fn go_on(machine: &mut Machine<'_, P>, step: Step) -> Result<(), Failure> {
@@ -87,6 +90,7 @@ impl<P: Ports> Featured for P {
             Step::Recover(step, to) => power_loss::job_recovery::go_on(machine, step, to),
             Step::Stalled(step) => stalls::recovery::go_on(machine, step),
             Step::PlayFrom(to) => play_from::go_on(machine, to),
+            Step::Macros { above } => macros::calls::go_on(machine, above),
         }
     }
 
@@ -94,6 +98,7 @@ impl<P: Ports> Featured for P {
         match step {
             // A recovery cannot go on from where the machine is.
             Step::Recover(..) if why.is_refusal() => power_loss::job_recovery::give_up(machine),
+            Step::Macros { above } => macros::calls::give_up(machine, above, why),
             Step::Recover(..) | Step::Stalled(_) | Step::PlayFrom(_) => {}
         }
     }

@@ -12,6 +12,7 @@ use parts::laser::Beam;
 use parts::lights::LightShow;
 use parts::outputs::TemperatureSwitches;
 use parts::strips::Strips;
+use printer_cfg::Memory;
 use procedures::paper::Paper;
 use procedures::stall_recovery::StallRecovery;
 use program::LightChange;
@@ -21,12 +22,13 @@ use units::Micros;
 
 use super::event_log::recorded::Recorded;
 use super::grbl::state::Grbl;
+use super::macros::state::Macros;
 use super::power_loss::standing::Standing;
 use super::stalls::step::Step as StallStep;
 use super::update::watch::Watch;
 
 /// State of the features.
-pub(crate) struct States {
+pub(crate) struct States<'c> {
     /// State that only GRBL's dialect has.
     pub grbl: Grbl,
     /// State that the ring of events has recorded.
@@ -66,11 +68,13 @@ pub(crate) struct States {
     pub last_job: Option<JobShown>,
     /// Watch over firmware updates.
     pub update: Watch,
+    /// Macros under way, and what they keep.
+    pub macros: Macros<'c>,
 }
 
-impl States {
+impl<'c> States<'c> {
     /// Makes the state before anything has happened.
-    pub fn new(config: &MachineConfig) -> Self {
+    pub fn new(config: &MachineConfig, macros: Memory<'c>) -> Self {
         Self {
             grbl: Grbl::default(),
             recorded: Recorded::default(),
@@ -93,6 +97,7 @@ impl States {
             recovery: None,
             last_job: None,
             update: Watch::default(),
+            macros: Macros::new(macros),
         }
     }
 }
@@ -106,4 +111,6 @@ pub(crate) enum Step {
     Stalled(StallStep),
     /// The lines before the one that a job is to begin with have been read over.
     PlayFrom(Recipient),
+    /// Macros under way, above so many others.
+    Macros { above: u8 },
 }

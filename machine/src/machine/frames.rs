@@ -169,6 +169,39 @@ impl<'c, S> Frames<'c, S> {
         matches!(self.frames.last(), Some(Frame::FastForward))
     }
 
+    /// Notes that whoever waits for the work in progress has its answer already.
+    pub fn was_answered(&mut self) {
+        let waits = self.frames.iter_mut().rev().find_map(|frame| match frame {
+            Frame::Rest(rest) if !rest.source.is_macros() => Some(rest),
+            _ => None,
+        });
+        if let Some(rest) = waits {
+            rest.answer = Answer::Said;
+        }
+    }
+
+    /// Whether whoever waits for the work in progress has its answer already.
+    pub fn are_answered(&self) -> bool {
+        let waits = |frame: &Frame<'_, S>| matches!(frame, Frame::Rest(rest) if !rest.source.is_macros() && rest.answer == Answer::Said);
+        self.frames.iter().any(waits)
+    }
+
+    /// Steps of features' sequences that wait, the first started first.
+    pub fn steps(&self) -> impl Iterator<Item = &S> {
+        self.frames.iter().filter_map(|frame| match frame {
+            Frame::Then(Then::Step(step)) => Some(step),
+            _ => None,
+        })
+    }
+
+    /// Returns the step that comes next, if one does.
+    pub fn next_step(&self) -> Option<&S> {
+        match self.frames.last() {
+            Some(Frame::Then(Then::Step(step))) => Some(step),
+            _ => None,
+        }
+    }
+
     /// Drops the frame that was started last.
     pub fn drop_top(&mut self) {
         self.frames.truncate(self.frames.len().saturating_sub(1));

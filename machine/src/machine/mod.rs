@@ -34,6 +34,7 @@ pub(crate) mod settings_file;
 pub(crate) mod source;
 pub(crate) mod supplies;
 pub(crate) mod suspend;
+pub(crate) mod taken_codes;
 pub(crate) mod work_hands;
 
 use base::axes::Axes;
@@ -58,6 +59,7 @@ use parts::buttons::Buttons;
 use parts::outputs::Outputs;
 use parts::z_thermal::Thermal;
 use preflight::forecast::{ForecastFiles, Forecaster, SharedForecast};
+use printer_cfg::Memory;
 use procedures::endstop_phase::EndstopPhases;
 use procedures::probing::{DeltaRecords, Deployment};
 use program::{Facts, Interpreter, State, States};
@@ -70,6 +72,7 @@ use crate::machine::hold::Hold;
 use crate::machine::moments::{Featured, Served};
 use crate::machine::move_dropping::Cut;
 use crate::machine::poll_state::Polls;
+use crate::machine::taken_codes::TakenCodes;
 
 /// The machine, as the owners of its parts.
 pub(crate) struct Machine<'c, P: Ports> {
@@ -93,7 +96,9 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(crate) outputs: Outputs,
     pub(crate) buttons: Buttons,
     /// State of the features.
-    pub(crate) features: <P as Featured>::States,
+    pub(crate) features: <P as Featured>::States<'c>,
+    /// Codes that a feature has taken for its own.
+    pub(crate) taken_codes: TakenCodes,
     pub(crate) jobs: Jobs,
     pub(crate) files: Files,
     /// Files that programs write.
@@ -137,6 +142,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         texts: &'c Texts,
         sessions: &'c mut Sessions,
         config_took: Micros,
+        macros: Memory<'c>,
         forecast: &'c SharedForecast,
         forecaster: &'c mut dyn Forecaster,
     ) -> Self {
@@ -154,7 +160,8 @@ impl<'c, P: Ports> Machine<'c, P> {
             thermal: Thermal::new(config),
             outputs: Outputs::new(&config.switches),
             buttons: Buttons::new(config),
-            features: P::states(config),
+            features: P::states(config, macros),
+            taken_codes: TakenCodes::None,
             jobs: Jobs::new(config.player.dialect),
             files: Files::default(),
             logs: Logs::default(),

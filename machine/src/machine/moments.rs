@@ -11,8 +11,9 @@ use base::failure::{Failure, Outcome};
 use base::ports::Running;
 use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 use config::MachineConfig;
-use gcode::{Code, Line, realtime::Realtime};
+use gcode::{Block, Code, Line, realtime::Realtime};
 use jobs::player::StalledJob;
+use printer_cfg::Memory;
 use program::{BEGINNING_BYTES, Dialect, LightChange, Move, State, Words};
 use units::Micros;
 
@@ -23,13 +24,13 @@ use super::source::Source;
 pub(crate) trait Featured: Ports + Sized {
     /// All features, as one.
     type List: for<'c> Moments<Machine<'c, Self>>;
-    /// State of all features.
-    type States;
+    /// State of all features; some of it lies in memory that is lent for as long as the machine runs.
+    type States<'c>;
     /// Step of a feature's sequence that waits for the end of a script, or of lines read over.
     type Step: core::fmt::Debug;
 
     /// Makes the state of all features.
-    fn states(config: &MachineConfig) -> Self::States;
+    fn states<'c>(config: &MachineConfig, macros: Memory<'c>) -> Self::States<'c>;
     /// Carries out the next step of a feature's sequence.
     ///
     /// # Errors
@@ -48,6 +49,8 @@ pub(crate) trait Served: Ports + Sized {
     /// # Errors
     /// Those of the code.
     fn run_text(machine: &mut Machine<'_, Self>, text: &str, dialect: Dialect, to: Recipient) -> Outcome;
+    /// Runs a line that the machine itself has written, and answers it as its source wants it.
+    fn run_line(machine: &mut Machine<'_, Self>, line: &[u8], source: Source);
 }
 
 /// The list of all features.
@@ -188,6 +191,11 @@ moments! {
     all startup_line_ended(machine: &mut M, number: u8, outcome: &Outcome);
     /// Returns a startup line.
     first startup_line(machine: &M, number: u8) -> Option<StartupLine>;
+
+    /// Carries out a command by name that is the feature's own. None: it is none.
+    first run_named(machine: &mut M, line: &str, source: Source) -> Option<Outcome>;
+    /// Carries out a code that the feature has taken for its own. None: it has not.
+    first run_code(machine: &mut M, block: &Block<'_>, source: Source) -> Option<Outcome>;
 
     /// Takes a line of a session, whatever it says.
     any take_session_line(machine: &mut M, id: SessionId, line: &LineBytes) -> bool;

@@ -18,6 +18,8 @@ pub(crate) enum Origin {
     Settings,
     /// A startup line.
     Startup(u8),
+    /// A line of a macro. False: names and codes mean what they mean without macros.
+    Macro(bool),
 }
 
 /// Facts about a line besides its text.
@@ -29,6 +31,16 @@ pub(crate) struct Source {
 }
 
 impl Source {
+    /// Whether names and codes of the line may be those of macros.
+    pub const fn looks_up_names(self) -> bool {
+        !matches!(self.origin, Origin::Macro(false) | Origin::Settings)
+    }
+
+    /// Whether the line is a macro's.
+    pub const fn is_macros(self) -> bool {
+        matches!(self.origin, Origin::Macro(_))
+    }
+
     /// Returns the source of a session's lines, which are in the dialect that it speaks.
     pub fn of_session(sessions: &Sessions, to: Recipient) -> Self {
         Self { origin: Origin::Session, to, dialect: sessions.dialect_of(to) }

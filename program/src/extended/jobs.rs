@@ -43,16 +43,28 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     codes("RESET_FILAMENT_WIDTH_SENSOR", "", "forget what was measured of the filament, as M404.1", |_, _, line| {
         put(line, "M404.1")
     }),
-    codes("RESPOND", "MSG", "say a text on every console, as M118", |command, _, line| text(command, "M118", line)),
-    codes("RESTORE_GCODE_STATE", "MOVE", "come back to the kept state; the last one, as M121", restore_state),
-    codes("RESUME", "", "go on with the suspended job, as M602", |_, _, line| put(line, "M602")),
-    codes("SAVE_GCODE_STATE", "", "keep units, distance modes, rates and coordinate system, as M120", |_, _, line| {
-        put(line, "M120")
+    codes("RESPOND", "MSG TYPE PREFIX", "say a text on every console, as M118", respond),
+    codes("RESTORE_GCODE_STATE", "NAME MOVE MOVE_SPEED", "come back to the state kept by this name", |_, _, line| {
+        put(line, "M121")
     }),
+    codes("RESUME", "", "go on with the suspended job, as M602", |_, _, line| put(line, "M602")),
+    // A look ahead knows one state at a time; the machine keeps them by their names.
+    codes(
+        "SAVE_GCODE_STATE",
+        "NAME",
+        "keep units, distance modes, rates and coordinate system by a name",
+        |_, _, line| put(line, "M120"),
+    ),
     codes("SET_DISPLAY_TEXT", "MSG", "show a text to the operator, as M117", |command, _, line| {
         text(command, "M117", line)
     }),
     codes("SET_FAN_SPEED", "FAN SPEED", "set an output; FAN is fan, or the name of a switch", fan_speed),
+    codes(
+        "SET_FILAMENT_SENSOR",
+        "SENSOR ENABLE",
+        "filament detector on or off, as M406 and M405",
+        |command, _, line| put(line, if number(command, "ENABLE")? == Some(0.0) { "M405" } else { "M406" }),
+    ),
     codes("SET_GCODE_OFFSET", "X Y Z X_ADJUST Y_ADJUST Z_ADJUST MOVE", "shift what follows, as M290", gcode_offset),
     codes("SET_HEATER_TEMPERATURE", "HEATER TARGET", "set a heater's target", heater_temperature),
     codes("SET_INPUT_SHAPER", "SHAPER_FREQ_X SHAPER_FREQ_Y SHAPER_TYPE", "input shaping, as M593", input_shaper),
@@ -111,12 +123,31 @@ fn exclude_object(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) ->
 fn text(command: &Extended<'_>, code: &str, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     put(line, code)?;
     put(line, " ")?;
+    message(command, line)
+}
+
+fn message(command: &Extended<'_>, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     // A semicolon would begin a comment.
     let parts = command.get("MSG").unwrap_or("").split(';');
     parts.enumerate().try_for_each(|(place, part)| {
         put(line, if place == 0 { "" } else { "," })?;
         put(line, part)
     })
+}
+
+/// Says a text behind the beginning that its kind has, which hosts go by: `//` for what they do.
+fn respond(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
+    const KINDS: [(&str, &str); 4] =
+        [("echo", "echo: "), ("echo_no_space", "echo:"), ("command", "// "), ("error", "!! ")];
+    let kind = command.get("TYPE").unwrap_or("echo");
+    let known = KINDS.into_iter().find(|(known, _)| known.eq_ignore_ascii_case(kind));
+    let (_, begins) = known.ok_or(ExtendedFault::Missing("TYPE is echo, echo_no_space, command or error"))?;
+    put(line, "M118 ")?;
+    match command.get("PREFIX") {
+        Some(prefix) => [prefix, " "].into_iter().try_for_each(|part| put(line, part))?,
+        None => put(line, begins)?,
+    }
+    message(command, line)
 }
 
 /// Returns the tool number of Klipper's `extruder`, `extruder1` and so on.
@@ -131,13 +162,6 @@ fn activate_extruder(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine)
     let name = command.get("EXTRUDER").ok_or(ExtendedFault::MustSupply("EXTRUDER"))?;
     let tool = tool_of(name).ok_or(ExtendedFault::NotANumber("EXTRUDER"))?;
     put_number(line, "T", tool.into())
-}
-
-fn restore_state(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
-    if number(command, "MOVE")?.is_some_and(|moves| moves != 0.0) {
-        return Err(ExtendedFault::Missing("MOVE=1, going back to where the state was kept"));
-    }
-    put(line, "M121")
 }
 
 fn fan_speed(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {

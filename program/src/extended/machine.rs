@@ -22,7 +22,8 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     passed_over("INIT_TMC", "set a driver up: M911.2 R255 does, and each start"),
     codes("PID_CALIBRATE", "HEATER TARGET", "find a heater's gains, as M303", pid_calibrate),
     codes("PROBE", "PROBE_SPEED", "search for the bed and say where it is, as G30", |command, _, line| {
-        put(line, "G30")?;
+        // P1: also where nist_G30 parks.
+        put(line, "G30 P1")?;
         number(command, "PROBE_SPEED")?.map_or(Ok(()), |per_second| put_number(line, " F", 60.0 * per_second))
     }),
     codes("QUERY_ENDSTOPS", "", "the state of end switches and probe, as M119", |_, _, line| put(line, "M119")),

@@ -60,6 +60,8 @@ pub(super) enum Becomes {
     Tower,
     /// Nothing, without change to the part.
     PassedOver,
+    /// Something that is kept for macros, beside the program.
+    Macros,
     /// A refusal: the row's help is the reason.
     Refused,
 }
@@ -110,7 +112,7 @@ impl ExtendedInfo {
         match self.becomes {
             Becomes::PassedOver => "left out: ",
             Becomes::Refused => "refused: ",
-            Becomes::Codes(_) | Becomes::Console(_) | Becomes::Tower => "",
+            Becomes::Codes(_) | Becomes::Console(_) | Becomes::Tower | Becomes::Macros => "",
         }
     }
 }

@@ -248,11 +248,7 @@ pub(crate) fn save_or_restore<'b>(program: &mut Interpreter, context: &Context<'
         program.saved.push(saved).map_err(|_| Problem::SavedTooOften.refused(column))?;
     } else {
         let saved = program.saved.pop().ok_or(Problem::NothingSaved.refused(column))?;
-        let seek_rate = program.modal.seek_rate;
-        program.modal.restore(&saved);
-        if program.compliant_seek_rate {
-            program.modal.seek_rate = seek_rate;
-        }
+        program.come_back_to_modes(&saved);
     }
     NOTHING
 }

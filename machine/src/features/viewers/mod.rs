@@ -152,6 +152,12 @@ fn follow_path<'c, H: ViewedHands<'c>>(hands: &mut H, is_drawn: bool) {
 /// Never inlined: a snapshot takes a kilobyte of the stack, which every wait would have below it.
 #[inline(never)]
 fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
+    let snapshot = snapshot(hands, now);
+    hands.world().ports.show(&snapshot);
+}
+
+/// Returns the machine as it is now.
+pub(crate) fn snapshot<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) -> Snapshot {
     let job = job(hands, now);
     let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, bed, last_job, .. } = hands.viewed();
     let config = world.config;
@@ -186,7 +192,7 @@ fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
     equipment::add(&mut snapshot, world, program, tuning, outputs);
     world.ports.heat(|heat| add_heat(&mut snapshot, config, heat, fans));
     snapshot.mesh = mesh::shown(bed, &mut world.ports);
-    world.ports.show(&snapshot);
+    snapshot
 }
 
 /// Keeps the job that ends, for viewers to come.

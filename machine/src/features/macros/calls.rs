@@ -1,0 +1,254 @@
+//! Calls of macros: rendered whole, then carried out line by line.
+
+use core::fmt::Write as _;
+use core::mem::take;
+
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::{LineBytes, Recipient};
+use gcode::{Block, Extended};
+use heapless::String;
+use printer_cfg::{Section, Trouble};
+use program::Dialect;
+
+use super::look::{Look, Parameters};
+use super::{MacroHands, Seen, commands, refused};
+use crate::features::state::Step;
+use crate::features::viewers;
+use crate::machine::Machine;
+use crate::machine::frames::{Frame, Then};
+use crate::machine::source::{Origin, Source};
+
+/// A line that calls a macro.
+type Text = String<{ gcode::MAX_LINE_LENGTH }>;
+
+/// Whether a macro's frame may be the one of its caller, which has nothing else to do in its line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shares {
+    Yes,
+    No,
+}
+
+/// Runs a command by name: a macro, what a macro has replaced, or a command about macros.
+pub(super) fn run_named<'c>(hands: &mut impl MacroHands<'c>, line: &str, source: Source) -> Option<Outcome> {
+    let command = Extended::new(line);
+    if !source.looks_up_names() {
+        return commands::run(hands, &command, source);
+    }
+    let store = &hands.macros().memory.store;
+    let (named, renamed) = (store.named("gcode_macro", command.name()), store.renamed(command.name()));
+    if let Some(section) = named {
+        return Some(call(hands, section, "gcode", &Parameters::Named(command), source.to, Shares::Yes));
+    }
+    if let Some(section) = renamed {
+        return Some(call_replaced(hands, section, command.rest(), source.to, Shares::Yes));
+    }
+    commands::run(hands, &command, source)
+}
+
+/// Runs a code that a macro has taken, or under whose name goes what a macro has taken.
+pub(super) fn run_code<'c>(hands: &mut impl MacroHands<'c>, block: &Block<'_>, source: Source) -> Option<Outcome> {
+    let code = block.code?;
+    let mut name = String::<12>::new();
+    write!(name, "{code}").ok()?;
+    let store = &hands.macros().memory.store;
+    let (named, renamed) = (store.named("gcode_macro", &name), store.renamed(&name));
+    let section = named.or(renamed)?;
+    let mut line = Text::new();
+    if write!(line, "{block}").is_err() {
+        return Some(Err(Failure::refused(&"the line is too long")));
+    }
+    let words = line.get(name.len()..).unwrap_or("").trim_start();
+    Some(match named {
+        Some(_) => call(hands, section, "gcode", &Parameters::Coded(words), source.to, Shares::No),
+        None => call_replaced(hands, section, words, source.to, Shares::No),
+    })
+}
+
+/// Renders a macro, and has its lines carried out next.
+///
+/// # Errors
+/// When the macro cannot be rendered: then nothing of it is carried out.
+pub(super) fn call<'c>(
+    hands: &mut impl MacroHands<'c>,
+    section: Section,
+    key: &str,
+    parameters: &Parameters<'_>,
+    to: Recipient,
+    shares: Shares,
+) -> Outcome {
+    begin(hands, section)?;
+    if hands.macros().memory.store.is_called(section) {
+        let name = name_of(hands, section)?;
+        return Err(hands
+            .world()
+            .texts
+            .refused(format_args!("{name}: a macro that is under way is called recursively")));
+    }
+    let memory = &mut hands.macros().memory;
+    let (code, lines) = (take(&mut memory.code), take(&mut memory.lines));
+    let from = memory.store.lines_end();
+    let length = render(hands, (section, key), parameters, code, lines.get_mut(from..).unwrap_or(&mut []));
+    let memory = &mut hands.macros().memory;
+    (memory.code, memory.lines) = (code, lines);
+    start(hands, (section, length?, to, false), shares)
+}
+
+/// Has what a macro has replaced carried out with these words.
+fn call_replaced<'c>(
+    hands: &mut impl MacroHands<'c>,
+    section: Section,
+    words: &str,
+    to: Recipient,
+    shares: Shares,
+) -> Outcome {
+    let name = name_of(hands, section)?;
+    run_text(hands, section, [&name, words], to, shares)
+}
+
+/// Has lines carried out that are no macro: two texts with a blank between them.
+pub(super) fn run_text<'c>(
+    hands: &mut impl MacroHands<'c>,
+    section: Section,
+    [first, second]: [&str; 2],
+    to: Recipient,
+    shares: Shares,
+) -> Outcome {
+    begin(hands, section)?;
+    let memory = &mut hands.macros().memory;
+    let from = memory.store.lines_end();
+    let (length, room) = (first.len() + 1 + second.len(), memory.lines.get_mut(from..).unwrap_or(&mut []));
+    if room.len() < length {
+        return Err(Failure::refused(&"the macros under way have too many lines"));
+    }
+    let text = first.bytes().chain([b' ']).chain(second.bytes());
+    room.iter_mut().zip(text).for_each(|(place, byte)| *place = byte);
+    start(hands, (section, length, to, true), shares)
+}
+
+/// Whether a section has an option.
+pub(super) fn has_option<'c>(hands: &mut impl MacroHands<'c>, section: Section, key: &str) -> Result<bool, Failure> {
+    let Seen { macros, world, .. } = hands.seen();
+    let read = macros.memory.store.read((section, key), &mut world.ports, |_| ());
+    read.map(|read| read.is_some()).map_err(|trouble| refused(hands, &trouble))
+}
+
+/// Makes sure that one more macro can be called.
+fn begin<'c>(hands: &mut impl MacroHands<'c>, section: Section) -> Result<(), Failure> {
+    if !hands.frames().steps().any(|step| matches!(step, Step::Macros { .. })) {
+        // Frames that were dropped without a word.
+        hands.macros().memory.store.end_calls(0);
+    }
+    if hands.macros().memory.store.may_call() {
+        return Ok(());
+    }
+    let name = name_of(hands, section)?;
+    Err(hands.world().texts.refused(format_args!("{name}: macros call each other more than 12 deep")))
+}
+
+/// Adds a macro whose lines have been written.
+fn start<'c>(
+    hands: &mut impl MacroHands<'c>,
+    (section, length, to, is_plain): (Section, usize, Recipient, bool),
+    shares: Shares,
+) -> Outcome {
+    let above = hands.macros().memory.store.calls() as u8;
+    let is_caller_next = matches!(hands.frames().next_step(), Some(Step::Macros { .. }));
+    if !(is_caller_next && shares == Shares::Yes)
+        && !hands.frames().push(Frame::Then(Then::Step(Step::Macros { above })))
+    {
+        return Err(Failure::refused(&"scripts and macros start each other without end"));
+    }
+    hands.macros().memory.store.call(section, length, to, is_plain);
+    Ok(Answer::Ok)
+}
+
+/// Renders a macro; returns how many bytes its lines have.
+fn render<'c>(
+    hands: &mut impl MacroHands<'c>,
+    (section, key): (Section, &str),
+    parameters: &Parameters<'_>,
+    code: &mut [u8],
+    lines: &mut [u8],
+) -> Result<usize, Failure> {
+    let Seen { macros, world, .. } = hands.seen();
+    let compiled = macros.memory.store.read((section, key), &mut world.ports, |text| ::macros::compile(text, code));
+    let program = match compiled {
+        Ok(Some(Ok(program))) => program,
+        Ok(Some(Err(error))) => return Err(placed(hands, section, key, &error)),
+        Ok(None) => {
+            let name = name_of(hands, section)?;
+            return Err(hands.world().texts.refused(format_args!("[{name}] has no option {key}")));
+        }
+        Err(trouble) => return Err(refused(hands, &trouble)),
+    };
+    let now = base::ports::Clock::now(&hands.world().ports);
+    let snapshot = viewers::snapshot(hands, now);
+    let mut look = Look::new(hands, section, parameters, &snapshot);
+    let rendered = program.render(code, lines, &mut look);
+    let trouble = look.take_trouble();
+    match rendered {
+        _ if hands.is_halted() => Err(Failure::HALTED),
+        _ if let Some(failure) = trouble => Err(failure),
+        Ok(length) => Ok(length),
+        Err(error) => Err(placed(hands, section, key, &error)),
+    }
+}
+
+/// Makes a refusal of an error in a macro, with its place in the file.
+#[cold]
+fn placed<'c>(hands: &mut impl MacroHands<'c>, section: Section, key: &str, error: &::macros::Error) -> Failure {
+    let Seen { macros, world, .. } = hands.seen();
+    let (path, line, indent) = macros.memory.store.line_of(section, key, error.line, &mut world.ports);
+    let file = path.rsplit_once('/').map_or(path, |(_, name)| name);
+    let column = error.column.saturating_add(indent);
+    let (between, detail) = if error.detail.is_empty() { ("", "") } else { (": ", error.detail.as_str()) };
+    world.texts.refused(format_args!("{file} line {line} column {column}{between}{detail}: {}", error.words))
+}
+
+/// Returns a macro's name.
+fn name_of<'c>(hands: &mut impl MacroHands<'c>, section: Section) -> Result<printer_cfg::Name, Failure> {
+    let Seen { macros, world, .. } = hands.seen();
+    let name: Result<_, Trouble> = macros.memory.store.name(section, &mut world.ports);
+    name.map_err(|trouble| refused(hands, &trouble))
+}
+
+/// Carries out the next line of the innermost macro, as long as there are more than so many.
+///
+/// # Errors
+/// When the line is too long.
+pub(crate) fn go_on<'c>(hands: &mut impl MacroHands<'c>, above: u8) -> Result<(), Failure> {
+    let memory = &mut hands.macros().memory;
+    let range = loop {
+        if memory.store.calls() <= usize::from(above) {
+            return Ok(());
+        }
+        match memory.store.take_line(memory.lines) {
+            Some(range) => break range,
+            None => memory.store.end_calls(memory.store.calls() - 1),
+        }
+    };
+    let line = memory.lines.get(range).map(LineBytes::from_slice);
+    let Some(call) = memory.store.innermost() else { return Ok(()) };
+    let Some(Ok(line)) = line else {
+        let name = name_of(hands, call.section)?;
+        return Err(hands.world().texts.refused(format_args!("{name}: a line has more than 255 bytes")));
+    };
+    // The frame that was taken left room for this one.
+    let _ = hands.frames().push(Frame::Then(Then::Step(Step::Macros { above })));
+    let to = if hands.frames().are_answered() { Recipient::Nobody } else { call.to };
+    hands.run_line(&line, Source { origin: Origin::Macro(!call.is_plain), to, dialect: Dialect::Klipper });
+    Ok(())
+}
+
+/// Ends macros that cannot go on.
+pub(crate) fn give_up<P: Ports>(machine: &mut Machine<'_, P>, above: u8, why: Failure) {
+    let store = &mut machine.features.macros.memory.store;
+    let ended = store.innermost().filter(|call| why.is_refusal() && !call.is_plain);
+    store.end_calls(usize::from(above));
+    if let Some(call) = ended
+        && let Ok(name) = store.name(call.section, &mut machine.world.ports)
+    {
+        machine.announce(format_args!("// the macro {name} has ended at a line that was not carried out\n"));
+    }
+}

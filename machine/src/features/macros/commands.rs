@@ -1,0 +1,94 @@
+//! Commands about macros, and what time asks of them: delayed G-code, a machine that is idle for long.
+
+use base::failure::{Answer, Failure, Outcome};
+use base::ports::Clock as _;
+use base::sessions::Recipient;
+use gcode::Extended;
+use printer_cfg::Section;
+use units::Micros;
+
+use super::calls::{self, Shares};
+use super::look::Parameters;
+use super::{DUE, MacroHands, kept_modes, saved};
+use crate::machine::source::Source;
+
+/// Lines for a machine that has been idle for long, where the configuration has none.
+const WHEN_IDLE: &str = "TURN_OFF_HEATERS\nM84";
+/// Longest time that G-code can be delayed, s.
+const LONGEST_S: f64 = 1e7;
+
+/// Runs a command about macros. None: it is none.
+pub(super) fn run<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, source: Source) -> Option<Outcome> {
+    Some(match command {
+        _ if command.is("SET_GCODE_VARIABLE") => saved::set(hands, command),
+        _ if command.is("SAVE_VARIABLE") => saved::save(hands, command),
+        _ if command.is(DUE) && command.rest().is_empty() => run_due(hands, source.to),
+        _ if command.is(DUE) => delay(hands, command),
+        _ if command.is("SET_IDLE_TIMEOUT") => set_idle_timeout(hands, command),
+        _ if command.is("SAVE_GCODE_STATE") => kept_modes::save(hands, command),
+        _ if command.is("RESTORE_GCODE_STATE") => kept_modes::restore(hands, command, source.to),
+        _ => return None,
+    })
+}
+
+/// Reads a time.
+fn seconds(command: &Extended<'_>, key: &str) -> Option<f64> {
+    command.get(key).and_then(|text| gcode::read_f64(text.trim())).filter(|seconds| (0.0..=LONGEST_S).contains(seconds))
+}
+
+/// Sets when a section's G-code is carried out; 0 is never.
+fn delay<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) -> Outcome {
+    let (Some(name), Some(seconds)) = (command.get("ID"), seconds(command, "DURATION")) else {
+        return Err(Failure::refused(&"UPDATE_DELAYED_GCODE needs ID= and DURATION=, in seconds"));
+    };
+    let now = hands.world().ports.now();
+    let store = &mut hands.macros().memory.store;
+    let Some(section) = store.named("delayed_gcode", name) else {
+        return Err(hands.world().texts.refused(format_args!("there is no [delayed_gcode {name}]")));
+    };
+    if store.delay(section, (seconds > 0.0).then_some(now.0 + (seconds * 1e6) as u64)) {
+        return Ok(Answer::Ok);
+    }
+    Err(Failure::refused(&"24 delayed G-codes wait already"))
+}
+
+fn set_idle_timeout<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) -> Outcome {
+    let Some(seconds) = seconds(command, "TIMEOUT").filter(|seconds| *seconds > 0.0) else {
+        return Err(Failure::refused(&"SET_IDLE_TIMEOUT needs TIMEOUT=, in seconds"));
+    };
+    let now = hands.world().ports.now();
+    let macros = hands.macros();
+    (macros.idle_timeout, macros.idle_since) = (Some(Micros((seconds * 1e6) as u64)), now);
+    Ok(Answer::Ok)
+}
+
+/// Looks whether G-code is due.
+pub(super) fn follow_time<'c>(hands: &mut impl MacroHands<'c>, now: Micros) {
+    let is_at_rest = hands.is_at_rest();
+    let macros = hands.macros();
+    if !is_at_rest {
+        macros.idle_since = now;
+    }
+    macros.is_due = macros.memory.store.is_due(now.0) || macros.is_idle_too_long(now);
+}
+
+/// Carries out G-code that is due.
+fn run_due<'c>(hands: &mut impl MacroHands<'c>, to: Recipient) -> Outcome {
+    let now = hands.world().ports.now();
+    let macros = hands.macros();
+    macros.is_due = false;
+    if let Some(section) = macros.memory.store.take_due(now.0) {
+        return calls::call(hands, section, "gcode", &Parameters::Coded(""), to, Shares::No);
+    }
+    if !macros.is_idle_too_long(now) {
+        return Ok(Answer::Ok);
+    }
+    macros.is_idle = true;
+    let section = macros.memory.store.section("idle_timeout");
+    match section {
+        Some(section) if calls::has_option(hands, section, "gcode")? => {
+            calls::call(hands, section, "gcode", &Parameters::Coded(""), to, Shares::No)
+        }
+        section => calls::run_text(hands, section.unwrap_or(Section(u16::MAX)), [WHEN_IDLE, ""], to, Shares::No),
+    }
+}

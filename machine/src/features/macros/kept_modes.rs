@@ -1,0 +1,103 @@
+//! Modes of the program that are kept by names: `SAVE_GCODE_STATE` and `RESTORE_GCODE_STATE`.
+
+use core::fmt::Write as _;
+
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::Recipient;
+use gcode::Extended;
+use heapless::{String, Vec};
+use printer_cfg::Section;
+use program::Saved;
+use units::Axis;
+
+use super::calls::{self, Shares};
+use super::{MacroHands, Seen};
+
+/// Most names that modes are kept by.
+const MOST: usize = 6;
+/// Longest name, bytes.
+const NAME: usize = 24;
+
+/// Parameter of the line behind those that go back to the place: only the modes are left to come back to.
+const IS_THERE: &str = "_IS_THERE";
+
+/// Modes, and where the program was.
+#[derive(Clone, Debug)]
+struct Kept {
+    name: String<NAME>,
+    modes: Saved,
+    /// Machine coordinates, X Y Z in mm.
+    at: [f64; 3],
+    /// Place of the extruder in the work's coordinates.
+    extruder: f64,
+}
+
+/// Modes by names, the one kept last at the end.
+#[derive(Clone, Debug)]
+pub(crate) struct KeptModes {
+    kept: Vec<Kept, MOST>,
+}
+
+impl KeptModes {
+    pub const fn new() -> Self {
+        Self { kept: Vec::new() }
+    }
+}
+
+/// Returns machine coordinates of X Y Z, and the place of the extruder in use.
+fn here<'c>(hands: &mut impl MacroHands<'c>) -> ([f64; 3], f64) {
+    let Seen { program, .. } = hands.seen();
+    let place = program.position();
+    let extruder = program.tools().active().map_or(0.0, |tool| tool.e);
+    ([place[Axis::X], place[Axis::Y], place[Axis::Z]], extruder)
+}
+
+fn name_of<'n>(command: &Extended<'n>) -> &'n str {
+    command.get("NAME").filter(|name| !name.is_empty()).unwrap_or("default")
+}
+
+/// Keeps the modes by a name.
+pub(super) fn save<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) -> Outcome {
+    let Ok(name) = String::try_from(name_of(command)) else {
+        return Err(Failure::refused(&"SAVE_GCODE_STATE: a name has at most 24 letters"));
+    };
+    let (at, extruder) = here(hands);
+    let modes = hands.program().modes();
+    let kept = &mut hands.macros().modes.kept;
+    kept.retain(|known| known.name != name);
+    if kept.is_full() {
+        // Names that nobody came back to make room.
+        kept.remove(0);
+    }
+    // There is room, as was made.
+    let _ = kept.push(Kept { name, modes, at, extruder });
+    Ok(Answer::Ok)
+}
+
+/// Comes back to the modes of a name; before that, with MOVE=1, to the place, and the extruder counts on from
+/// where it was, as in Klipper.
+pub(super) fn restore<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, to: Recipient) -> Outcome {
+    let name = name_of(command);
+    let found = hands.macros().modes.kept.iter().rev().find(|kept| kept.name.eq_ignore_ascii_case(name)).cloned();
+    let Some(Kept { modes, at: [x, y, z], extruder, name }) = found else {
+        return Err(hands.world().texts.refused(format_args!("RESTORE_GCODE_STATE: no state is kept as {name}")));
+    };
+    let number = |key| command.get(key).and_then(|text| gcode::read_f64(text.trim()));
+    let moves = number("MOVE").is_some_and(|moves| moves != 0.0);
+    let (_, now) = here(hands);
+    if command.get(IS_THERE).is_some() || !moves && now == extruder {
+        hands.program().come_back_to_modes(&modes);
+        return Ok(Answer::Ok);
+    }
+    // The lines come back here once they have been carried out.
+    let (mut lines, mut last) = (String::<160>::new(), String::<80>::new());
+    if moves {
+        let rate = number("MOVE_SPEED").map_or(hands.program().modal().feed_rate.0, |speed| speed) * 60.0;
+        let _ = write!(lines, "G21\nG90\nG53 G1 X{x} Y{y} Z{z} F{rate}\n");
+    }
+    if now != extruder {
+        let _ = write!(lines, "G92 E{extruder}\n");
+    }
+    let _ = write!(last, "\nRESTORE_GCODE_STATE NAME={name} {IS_THERE}=1");
+    calls::run_text(hands, Section(u16::MAX), [&lines, &last], to, Shares::No)
+}

@@ -1,0 +1,297 @@
+//! What a macro sees while it is rendered: its variables and parameters, the configuration's text, the
+//! machine. Everything is looked up when it is asked for; nothing else happens meanwhile, so it is as it was
+//! when the macro was called.
+
+use core::fmt::Write as _;
+use core::marker::PhantomData;
+
+use ::macros::{Action, Environment, Given, Kind, Object};
+use base::failure::Failure;
+use base::reason::Alarm;
+use base::snapshot::Snapshot;
+use gcode::Extended;
+use printer_cfg::{Scratch, Section, Setting, Trouble, Use};
+
+use super::objects::{self, Thing};
+use super::{MacroHands, Seen, refused, saved};
+
+/// Words that a macro was called with.
+pub(super) enum Parameters<'p> {
+    /// Keys and values of a command by name.
+    Named(Extended<'p>),
+    /// Letters and numbers behind a code, or its text.
+    Coded(&'p str),
+}
+
+impl Parameters<'_> {
+    /// Keys and values in their order.
+    fn at(&self, place: usize) -> Option<(&str, &str)> {
+        match self {
+            Self::Named(command) => command.parameters().nth(place),
+            Self::Coded(words) => {
+                words.split_ascii_whitespace().map(|word| word.split_at_checked(1).unwrap_or((word, ""))).nth(place)
+            }
+        }
+    }
+
+    /// Returns the value of a parameter, whose name is in upper case.
+    fn get(&self, name: &str) -> Option<&str> {
+        if name.bytes().any(|byte| byte.is_ascii_lowercase()) {
+            return None;
+        }
+        let all = (0..).map_while(|place| self.at(place));
+        all.filter(|(key, _)| key.eq_ignore_ascii_case(name)).last().map(|(_, value)| value)
+    }
+
+    fn rest(&self) -> &str {
+        match self {
+            Self::Named(command) => command.rest(),
+            Self::Coded(words) => words,
+        }
+    }
+}
+
+/// The machine as a macro sees it.
+pub(super) struct Look<'l, 'c, H> {
+    pub hands: &'l mut H,
+    section: Section,
+    parameters: &'l Parameters<'l>,
+    pub snapshot: &'l Snapshot,
+    /// Why the macro cannot go on, beside its own errors.
+    trouble: Option<Failure>,
+    of: PhantomData<&'c ()>,
+}
+
+impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
+    pub fn new(hands: &'l mut H, section: Section, parameters: &'l Parameters<'l>, snapshot: &'l Snapshot) -> Self {
+        Self { hands, section, parameters, snapshot, trouble: None, of: PhantomData }
+    }
+
+    /// Takes the reason why the macro cannot go on.
+    pub const fn take_trouble(&mut self) -> Option<Failure> {
+        self.trouble.take()
+    }
+
+    fn text(&mut self) -> &mut Scratch {
+        self.hands.macros().memory.text
+    }
+
+    /// Gives the text that was read last. One that is too long is an error, never cut.
+    fn read_text<'t>(&'t mut self, give: fn(&'t str) -> Given<'t>) -> Option<Given<'t>> {
+        if self.text().is_cut() {
+            let texts = self.hands.world().texts;
+            self.trouble = Some(texts.refused(format_args!("a value has more than {} bytes", printer_cfg::SCRATCH)));
+            return None;
+        }
+        self.text().text().map(give)
+    }
+
+    /// Gives a text that is written.
+    pub fn write<'t>(
+        &'t mut self,
+        text: core::fmt::Arguments<'_>,
+        give: fn(&'t str) -> Given<'t>,
+    ) -> Option<Given<'t>> {
+        let scratch = self.text();
+        scratch.fill(core::iter::empty());
+        // Too much of it is seen by its length.
+        let _ = scratch.write_fmt(text);
+        self.read_text(give)
+    }
+
+    /// Reads an option into memory. False: there is none.
+    fn read_option(&mut self, section: Section, key: &str) -> bool {
+        let Seen { macros, world, .. } = self.hands.seen();
+        let memory = &mut macros.memory;
+        match memory.store.read((section, key), &mut world.ports, |text| memory.text.fill(text)) {
+            Ok(read) => read.is_some(),
+            Err(trouble) => self.fail(&trouble),
+        }
+    }
+
+    fn fail(&mut self, trouble: &Trouble) -> bool {
+        self.trouble = Some(refused(self.hands, trouble));
+        false
+    }
+
+    /// Gives a variable of a macro.
+    fn variable_of(&mut self, section: Section, name: &str) -> Option<Given<'_>> {
+        if !self.hands.macros().memory.store.has(section, Use::Variables) {
+            return None;
+        }
+        // A name with upper case cannot be: the configuration's options have none.
+        let mut key = heapless::String::<96>::new();
+        write!(key, "variable_{name}").ok()?;
+        if self.hands.macros().memory.store.changed(section, name).is_some() {
+            return self.hands.macros().memory.store.changed(section, name).map(Given::Literal);
+        }
+        if self.read_option(section, &key) { self.read_text(Given::Literal) } else { None }
+    }
+
+    /// Gives an option of the configuration: as Klipper has read it, or as it is written.
+    fn option(&mut self, section: Section, key: &str, is_read: bool) -> Option<Given<'_>> {
+        if !self.read_option(section, key) {
+            let Seen { macros, world, .. } = self.hands.seen();
+            let memory = &mut macros.memory;
+            let options = memory.store.open(section, &mut world.ports).ok()?;
+            let value = printer_cfg::default_of(options.name(), key).filter(|_| is_read)?;
+            drop(options);
+            memory.text.fill(value.bytes());
+        }
+        if !is_read {
+            return self.read_text(Given::Text);
+        }
+        match printer_cfg::read_setting(key, self.text()) {
+            Setting::Bool(is) => Some(Given::Bool(is)),
+            Setting::Int(number) => Some(Given::Int(number)),
+            Setting::Float(number) => Some(Given::Float(number)),
+            Setting::List => self.read_text(Given::Literal),
+            Setting::Text => self.read_text(Given::Text),
+        }
+    }
+
+    /// Gives the key of the option at a place.
+    fn option_at(&mut self, section: Section, place: usize) -> Option<Given<'_>> {
+        let Seen { macros, world, .. } = self.hands.seen();
+        let mut options = macros.memory.store.open(section, &mut world.ports).ok()?;
+        for _ in 0..=place {
+            if !options.go_on() {
+                return None;
+            }
+        }
+        macros.memory.text.fill(options.key().bytes());
+        drop(options);
+        self.read_text(Given::Text)
+    }
+
+    /// Gives the name of the section at a place.
+    fn section_at(&mut self, place: usize) -> Option<Given<'_>> {
+        let Seen { macros, world, .. } = self.hands.seen();
+        let section = Section(u16::try_from(place).ok()?);
+        if place >= macros.memory.store.sections() {
+            return None;
+        }
+        let options = macros.memory.store.open(section, &mut world.ports).ok()?;
+        macros.memory.text.fill(options.name().bytes());
+        drop(options);
+        self.read_text(Given::Text)
+    }
+
+    /// Counts what there is until nothing is given.
+    fn count(&mut self, thing: Thing) -> usize {
+        let mut count = 0;
+        while self.at(thing, count).is_some() {
+            count += 1;
+        }
+        count
+    }
+
+    fn at(&mut self, thing: Thing, place: usize) -> Option<Given<'_>> {
+        match thing {
+            Thing::Parameters => {
+                let parameters = self.parameters;
+                let (key, _) = parameters.at(place)?;
+                self.text().fill(key.bytes().map(|byte| byte.to_ascii_uppercase()));
+                self.read_text(Given::Text)
+            }
+            Thing::Options(section, _) => self.option_at(section, place),
+            Thing::SavedVariables => {
+                saved::name_at(self.hands, place)?;
+                self.read_text(Given::Text)
+            }
+            Thing::Vector(which) => objects::vector(self, which).get(place).copied().map(Given::Float),
+            Thing::Printer | Thing::Settings(_) => match place.checked_sub(self.hands.macros().memory.store.sections())
+            {
+                None => self.section_at(place),
+                Some(place) if thing == Thing::Printer => objects::name_at(place).map(Given::Text),
+                Some(_) => None,
+            },
+            Thing::Macro(_) | Thing::Configfile | Thing::Saved | Thing::Status(..) => None,
+        }
+    }
+}
+
+impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
+    fn variable(&mut self, name: &str) -> Option<Given<'_>> {
+        match name {
+            "printer" => Some(Thing::Printer.given()),
+            "params" => Some(Thing::Parameters.given()),
+            "rawparams" => Some(Given::Text(self.parameters.rest())),
+            name => self.variable_of(self.section, name),
+        }
+    }
+
+    fn member(&mut self, object: Object, name: &str) -> Option<Given<'_>> {
+        let store = &self.hands.macros().memory.store;
+        match Thing::of(object.id) {
+            Thing::Printer => match name {
+                "configfile" => Some(Thing::Configfile.given()),
+                "save_variables" => store.section(name).map(|_| Thing::Saved.given()),
+                _ if name.starts_with("gcode_macro ") => {
+                    store.section(name).map(|section| Thing::Macro(section).given())
+                }
+                name => objects::find(self, name),
+            },
+            Thing::Parameters => self.parameters.get(name).map(Given::Text),
+            Thing::Macro(section) => self.variable_of(section, name),
+            Thing::Configfile => match name {
+                "settings" => Some(Thing::Settings(true).given()),
+                "config" => Some(Thing::Settings(false).given()),
+                "save_config_pending" => Some(Given::Bool(false)),
+                _ => None,
+            },
+            Thing::Settings(is_read) => store.section(name).map(|section| Thing::Options(section, is_read).given()),
+            Thing::Options(section, is_read) => self.option(section, name, is_read),
+            Thing::Saved => (name == "variables").then_some(Thing::SavedVariables.given()),
+            Thing::SavedVariables => {
+                saved::read(self.hands, name)?;
+                self.read_text(Given::Literal)
+            }
+            Thing::Status(kind, instance) => objects::value(self, kind, instance, name),
+            Thing::Vector(which) => {
+                let place = ["x", "y", "z", "e"].iter().position(|axis| *axis == name)?;
+                objects::vector(self, which).get(place).copied().map(Given::Float)
+            }
+        }
+    }
+
+    fn length(&mut self, object: Object) -> usize {
+        match Thing::of(object.id) {
+            Thing::Printer => self.hands.macros().memory.store.sections() + objects::NAMES,
+            Thing::Settings(_) => self.hands.macros().memory.store.sections(),
+            thing => self.count(thing),
+        }
+    }
+
+    fn element(&mut self, object: Object, index: usize) -> Option<Given<'_>> {
+        self.at(Thing::of(object.id), index)
+    }
+
+    fn act(&mut self, action: Action, text: &str) {
+        match action {
+            Action::Respond => self.hands.announce(format_args!("// {text}\n")),
+            Action::RaiseError => self.trouble = Some(self.hands.world().texts.because(text)),
+            Action::EmergencyStop => self.hands.halt(Alarm::Abort, format_args!("ALARM: {text}\n")),
+            Action::CallRemoteMethod => {
+                self.hands.announce(format_args!("// NOTE {text}: no computer is here that could do it\n"));
+            }
+        }
+    }
+
+    fn random(&mut self, limit: usize) -> usize {
+        let now = base::ports::Clock::now(&self.hands.world().ports).0 as u32;
+        let macros = self.hands.macros();
+        // Numerical Recipes' generator, stirred by the time; the upper bits are the better ones.
+        macros.random = (macros.random ^ now).wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (u64::from(macros.random) * limit as u64 >> 32) as usize
+    }
+}
+
+/// Kinds of things for the operations that a macro may use on them.
+pub(super) const fn kind_of(thing: Thing) -> Kind {
+    match thing {
+        Thing::Printer | Thing::Macro(_) | Thing::Configfile | Thing::Saved | Thing::Status(..) => Kind::Lookup,
+        Thing::Parameters | Thing::Settings(_) | Thing::Options(..) | Thing::SavedVariables => Kind::Dict,
+        Thing::Vector(_) => Kind::Tuple,
+    }
+}

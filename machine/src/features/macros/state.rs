@@ -1,0 +1,44 @@
+//! State of macros.
+
+use printer_cfg::Memory;
+use units::Micros;
+
+use super::kept_modes::KeptModes;
+
+/// Macros under way, what they keep, and when the machine has been idle for long.
+pub(crate) struct Macros<'c> {
+    /// Memory that they are rendered in, and what is known of the configuration.
+    pub memory: Memory<'c>,
+    /// G-code is due: every line looks at it.
+    pub is_due: bool,
+    /// Time since which the machine has had nothing to do.
+    pub idle_since: Micros,
+    /// Time without work after which the G-code of `[idle_timeout]` is carried out; none: never.
+    pub idle_timeout: Option<Micros>,
+    /// The machine has been idle for so long.
+    pub is_idle: bool,
+    /// Modes of the program, kept by names.
+    pub modes: KeptModes,
+    /// Numbers that macros take at random.
+    pub random: u32,
+}
+
+impl<'c> Macros<'c> {
+    /// Starts without any macro.
+    pub const fn new(memory: Memory<'c>) -> Self {
+        Self {
+            memory,
+            is_due: false,
+            idle_since: Micros(0),
+            idle_timeout: None,
+            is_idle: false,
+            modes: KeptModes::new(),
+            random: 0,
+        }
+    }
+
+    /// Whether the machine has been idle for too long, and nothing has been done about it.
+    pub fn is_idle_too_long(&self, now: Micros) -> bool {
+        !self.is_idle && self.idle_timeout.is_some_and(|timeout| now.since(self.idle_since) >= timeout)
+    }
+}

@@ -1,0 +1,14 @@
+//! Klipper's commands about macros. The machine keeps what they change beside the program.
+
+use super::row::{Becomes, ExtendedInfo};
+
+const fn of_macros(name: &'static str, takes: &'static str, help: &'static str) -> ExtendedInfo {
+    ExtendedInfo { name, takes, help, becomes: Becomes::Macros }
+}
+
+pub(super) const COMMANDS: &[ExtendedInfo] = &[
+    of_macros("SAVE_VARIABLE", "VARIABLE VALUE", "keep a value on the card for macros, in [save_variables]"),
+    of_macros("SET_GCODE_VARIABLE", "MACRO VARIABLE VALUE", "change a variable of a macro until the next restart"),
+    of_macros("SET_IDLE_TIMEOUT", "TIMEOUT", "seconds without work after which [idle_timeout] acts"),
+    of_macros("UPDATE_DELAYED_GCODE", "ID DURATION", "seconds until a [delayed_gcode] is carried out, 0 for never"),
+];
