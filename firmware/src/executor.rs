@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use base::Ports;
 use base::ports::Wake;
 use bsp_prime::thread_stack;
-use machine::Lasting;
+use machine::{Lasting, MACRO_CODE_BYTES, MACRO_LINES_BYTES, MacroMemory, MacroStore, MacroText};
 
 /// Whether there may be work for the executor.
 static AWAKE: AtomicBool = AtomicBool::new(true);
@@ -38,7 +38,7 @@ pub fn take_news() -> bool {
 pub fn run<P: Ports>(ports: impl FnOnce() -> P) -> ! {
     thread_stack::run(move || {
         let lasting = lasting();
-        machine::run(ports(), lasting)
+        machine::run(ports(), lasting, macro_memory())
     })
 }
 
@@ -53,6 +53,26 @@ fn lasting() -> &'static mut Lasting {
     // SAFETY: `run` does not return and is called once, by `idle`, so this is the only reference there
     // ever is.
     unsafe { (*lasting).write(Lasting::new()) }
+}
+
+/// Code, values and stack of the macro that is rendered. All zero, as the section is.
+#[unsafe(link_section = ".d2ram")]
+static mut MACRO_CODE: [u8; MACRO_CODE_BYTES] = [0; MACRO_CODE_BYTES];
+/// Lines of macros, and what is known of them: the core alone looks there. All zero, as the section is.
+#[unsafe(link_section = ".itcm_data")]
+static mut MACRO_LINES: [u8; MACRO_LINES_BYTES] = [0; MACRO_LINES_BYTES];
+#[unsafe(link_section = ".itcm_data")]
+static mut MACRO_TEXT: MacroText = MacroText::new();
+#[unsafe(link_section = ".itcm_data")]
+static mut MACRO_STORE: MacroStore = MacroStore::new();
+
+/// Returns the memory of macros. Call once.
+fn macro_memory() -> MacroMemory<'static> {
+    let (code, lines) = (&raw mut MACRO_CODE, &raw mut MACRO_LINES);
+    let (text, store) = (&raw mut MACRO_TEXT, &raw mut MACRO_STORE);
+    // SAFETY: `run` calls this once, so these are the only references there ever are. The board is up, so
+    // both sections have been zeroed, which is what their statics are at first.
+    unsafe { MacroMemory { code: &mut *code, lines: &mut *lines, text: &mut *text, store: &mut *store } }
 }
 
 /// Lets the core sleep until the executor is woken.

@@ -32,6 +32,7 @@ pub(crate) struct Calls {
 }
 
 impl Calls {
+    /// No macro is under way.
     pub const fn new() -> Self {
         Self { calls: Vec::new() }
     }

@@ -22,10 +22,12 @@ pub(crate) struct Delayed {
 }
 
 impl Delayed {
+    /// Nothing waits.
     pub const fn new() -> Self {
         Self { waits: Vec::new() }
     }
 
+    /// Forgets all that waits.
     pub fn clear(&mut self) {
         self.waits.clear();
     }

@@ -70,10 +70,12 @@ pub(crate) struct Hash {
 }
 
 impl Hash {
+    /// Begins with no byte.
     pub const fn new() -> Self {
         Self { value: 0x811C_9DC5, is_blank: false }
     }
 
+    /// Adds a byte of the name.
     pub fn add(&mut self, byte: u8) {
         if matches!(byte, b' ' | b'\t' | b'\r') {
             self.is_blank = true;
@@ -89,16 +91,19 @@ impl Hash {
         self.value = (self.value ^ u32::from(byte)).wrapping_mul(0x0100_0193);
     }
 
+    /// Returns the number of the bytes so far.
     pub const fn value(self) -> u32 {
         self.value
     }
 }
 
 impl Index {
+    /// No section is known.
     pub const fn new() -> Self {
         Self { entries: Vec::new(), renamed: Vec::new(), paths: String::new() }
     }
 
+    /// Forgets all sections.
     pub fn clear(&mut self) {
         self.entries.clear();
         self.renamed.clear();
@@ -184,5 +189,40 @@ impl Index {
 
     fn entry(&self, section: Section) -> Option<&Entry> {
         self.entries.get(usize::from(section.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_known_in_either_case_and_by_any_blanks() {
+        let number = |name: &str| hash(name.bytes());
+        assert_eq!(number("gcode_macro  PRINT_START "), number("GCODE_MACRO print_start"));
+        assert_ne!(number("gcode_macro A B"), number("gcode_macro AB"));
+    }
+
+    #[test]
+    fn the_last_section_of_a_name_counts_and_leads_to_the_one_before() {
+        let mut index = Index::new();
+        let file = index.add_file("/sd/a").unwrap();
+        let [first, other, last] = [7, 8, 7].map(|hash| index.add(hash, file, hash * 10).unwrap());
+        index.mark(first, Use::Variables);
+        assert_eq!(index.find(7).next(), Some(last));
+        assert_eq!((index.before(last), index.before(first), index.before(other)), (Some(first), None, None));
+        assert!(index.has(first, Use::Variables) && !index.has(last, Use::Variables));
+        assert_eq!((index.place(last), index.file(file)), ((file, 70), "/sd/a"));
+    }
+
+    #[test]
+    fn what_there_is_no_room_for_is_refused() {
+        let mut index = Index::new();
+        assert_eq!(index.add(1, 0, LARGEST_FILE), None);
+        assert!((0..MOST_SECTIONS as u32).all(|hash| index.add(hash, 63, LARGEST_FILE - 1).is_some()));
+        assert_eq!(index.add(1, 0, 0), None);
+        assert_eq!(index.place(Section(5)), (63, LARGEST_FILE - 1));
+        assert!((0..MOST_RENAMED as u32).all(|hash| index.rename(hash, Section(0))) && !index.rename(1, Section(0)));
+        assert!((0..MOST_FILES).all(|_| index.add_file("/sd/f").is_some()) && index.add_file("/sd/f").is_none());
     }
 }

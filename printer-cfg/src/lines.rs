@@ -150,3 +150,48 @@ impl<'s, S: Storage> Lines<'s, S> {
         self.blanks.first().copied()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::string::String;
+    use std::vec::Vec;
+
+    use super::*;
+    use crate::test_card::Card;
+
+    /// Returns what is left of each line; none where it counts for nothing.
+    fn read(text: &str, cuts_comments: bool) -> Vec<Option<String>> {
+        let mut card = Card::with(&[("/sd/a", text)]);
+        let mut lines = Lines::open(&mut card, "/sd/a", 0, cuts_comments).unwrap();
+        let mut all = Vec::new();
+        loop {
+            match lines.begin() {
+                Begins::End => return all,
+                Begins::Blank => all.push(Some(String::new())),
+                Begins::Comment => all.push(None),
+                Begins::Text { .. } => {
+                    let bytes: Vec<u8> = core::iter::from_fn(|| lines.byte()).collect();
+                    all.push(Some(String::from_utf8(bytes).unwrap()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn comments_and_blanks_are_cut_as_klipper_cuts_them() {
+        let text = "a: 1 # no\n\n# no\n; no\n  b; c ;no\r\nd   e\t f  \n#*# g = 1\nlast";
+        let all: Vec<_> = read(text, true).into_iter().map(|line| line.unwrap_or_else(|| "-".into())).collect();
+        assert_eq!(all, ["a: 1", "", "", "-", "b; c", "d   e\t f", "g = 1", "last"]);
+    }
+
+    #[test]
+    fn a_file_of_saved_variables_has_no_comments_within_its_lines() {
+        assert_eq!(read("a = 'x # y ; z'\n", false), [Some("a = 'x # y ; z'".into())]);
+    }
+
+    #[test]
+    fn many_blanks_stay_as_many() {
+        let text = std::format!("a{}b", " ".repeat(40));
+        assert_eq!(read(&text, true), [Some(text.clone())]);
+    }
+}

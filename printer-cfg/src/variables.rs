@@ -23,10 +23,12 @@ struct Found {
 }
 
 impl Variables {
+    /// Every variable is as configured.
     pub const fn new() -> Self {
         Self { bytes: Vec::new() }
     }
 
+    /// Forgets all changes.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }

@@ -451,21 +451,6 @@ impl Interpreter {
         self.modal.inches = inches;
     }
 
-    /// Returns the modes that M120 keeps.
-    #[must_use]
-    pub const fn modes(&self) -> Saved {
-        self.modal.save()
-    }
-
-    /// Comes back to modes that were kept.
-    pub const fn come_back_to_modes(&mut self, saved: &Saved) {
-        let seek_rate = self.modal.seek_rate;
-        self.modal.restore(saved);
-        if self.compliant_seek_rate {
-            self.modal.seek_rate = seek_rate;
-        }
-    }
-
     /// Sets the rate of G0 (M203 S).
     pub const fn set_seek_rate(&mut self, rate: MmPerSecond) {
         self.modal.seek_rate = rate;

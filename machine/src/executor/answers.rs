@@ -212,12 +212,22 @@ pub(crate) fn pause_job<'c>(hands: &mut impl LineHands<'c>, why: &str) {
     }
 }
 
-/// Answers a line that cannot be read to its end.
-pub(crate) fn bad_line<'c>(hands: &mut impl LineHands<'c>, error: SyntaxError, line: &[u8], source: Source) {
-    if source.origin == Origin::Settings {
-        let text = core::str::from_utf8(line).unwrap_or("(not text)");
-        return hands.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n"));
+/// Answers a line that cannot be read to its end. Returns the failure of one that nobody waits for: a
+/// macro's.
+pub(crate) fn bad_line<'c>(
+    hands: &mut impl LineHands<'c>,
+    error: SyntaxError,
+    line: &[u8],
+    source: Source,
+) -> Option<Failure> {
+    let text = core::str::from_utf8(line).unwrap_or("(not text)");
+    match source.origin {
+        Origin::Macro(_) => return Some(hands.world().texts.refused(format_args!("{error}: {text}"))),
+        Origin::Settings => hands.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n")),
+        Origin::Session | Origin::Job | Origin::Switch | Origin::Startup(_) => {
+            say_refusal(hands.world().sessions, Refusal::Syntax(error), line, source.to);
+            done(hands, false, source);
+        }
     }
-    say_refusal(hands.world().sessions, Refusal::Syntax(error), line, source.to);
-    done(hands, false, source);
+    None
 }

@@ -66,13 +66,10 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         match read {
             Ok(true) => {}
             Ok(false) => break machine.program.end_line().err().map(|fault| actions::failed_by(machine, &fault)),
-            Err(error) if source.is_macros() => {
-                machine.program.drop_line();
-                break Some(machine.world.texts.refusal(error));
-            }
             Err(error) => {
                 machine.program.drop_line();
-                return bad_line(machine, error, blocks.place().0, source);
+                let Some(why) = bad_line(machine, error, blocks.place().0, source) else { return };
+                break Some(why);
             }
         }
         last = block.code;
@@ -100,10 +97,9 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         }
         if machine.frames.len() > height {
             let (line, column) = blocks.place();
-            match wait(&mut machine.frames, height, line, NextCode::At(column), source, (last, answer)) {
-                Ok(()) => return,
-                Err(failure) => break Some(failure),
-            }
+            let waits = wait(&mut machine.frames, height, line, NextCode::At(column), source, (last, answer));
+            let Err(failure) = waits else { return };
+            break Some(failure);
         }
     };
     finish(machine, failed.map_or(Ok(answer), Err), last, source);

@@ -6,6 +6,7 @@ use crate::action::{Action, Corner};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::kept_modes::come_back_to_modes;
 use crate::meaning::{extruders, tool_table};
 use crate::parameters;
 use crate::state::modal::COORDINATE_SYSTEMS;
@@ -248,7 +249,7 @@ pub(crate) fn save_or_restore<'b>(program: &mut Interpreter, context: &Context<'
         program.saved.push(saved).map_err(|_| Problem::SavedTooOften.refused(column))?;
     } else {
         let saved = program.saved.pop().ok_or(Problem::NothingSaved.refused(column))?;
-        program.come_back_to_modes(&saved);
+        come_back_to_modes(program, &saved);
     }
     NOTHING
 }

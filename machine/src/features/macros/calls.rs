@@ -11,8 +11,8 @@ use heapless::String;
 use printer_cfg::{Section, Trouble};
 use program::Dialect;
 
+use super::hands::{MacroHands, Seen, refused};
 use super::look::{Look, Parameters};
-use super::{MacroHands, Seen, commands, refused};
 use crate::features::state::Step;
 use crate::features::viewers;
 use crate::machine::Machine;
@@ -29,21 +29,21 @@ pub(super) enum Shares {
     No,
 }
 
-/// Runs a command by name: a macro, what a macro has replaced, or a command about macros.
-pub(super) fn run_named<'c>(hands: &mut impl MacroHands<'c>, line: &str, source: Source) -> Option<Outcome> {
-    let command = Extended::new(line);
+/// Runs a command by name: a macro, or what a macro has replaced. None: it is neither.
+pub(super) fn run_named<'c>(
+    hands: &mut impl MacroHands<'c>,
+    command: &Extended<'_>,
+    source: Source,
+) -> Option<Outcome> {
     if !source.looks_up_names() {
-        return commands::run(hands, &command, source);
+        return None;
     }
     let store = &hands.macros().memory.store;
     let (named, renamed) = (store.named("gcode_macro", command.name()), store.renamed(command.name()));
     if let Some(section) = named {
-        return Some(call(hands, section, "gcode", &Parameters::Named(command), source.to, Shares::Yes));
+        return Some(call(hands, section, "gcode", &Parameters::Named(*command), source.to, Shares::Yes));
     }
-    if let Some(section) = renamed {
-        return Some(call_replaced(hands, section, command.rest(), source.to, Shares::Yes));
-    }
-    commands::run(hands, &command, source)
+    Some(call_replaced(hands, renamed?, command.rest(), source.to, Shares::Yes))
 }
 
 /// Runs a code that a macro has taken, or under whose name goes what a macro has taken.
@@ -124,13 +124,6 @@ pub(super) fn run_text<'c>(
     let text = first.bytes().chain([b' ']).chain(second.bytes());
     room.iter_mut().zip(text).for_each(|(place, byte)| *place = byte);
     start(hands, (section, length, to, true), shares)
-}
-
-/// Whether a section has an option.
-pub(super) fn has_option<'c>(hands: &mut impl MacroHands<'c>, section: Section, key: &str) -> Result<bool, Failure> {
-    let Seen { macros, world, .. } = hands.seen();
-    let read = macros.memory.store.read((section, key), &mut world.ports, |_| ());
-    read.map(|read| read.is_some()).map_err(|trouble| refused(hands, &trouble))
 }
 
 /// Makes sure that one more macro can be called.

@@ -8,10 +8,13 @@ use printer_cfg::Section;
 use units::Micros;
 
 use super::calls::{self, Shares};
+use super::hands::{MacroHands, has_option};
 use super::look::Parameters;
-use super::{DUE, MacroHands, kept_modes, saved};
+use super::{kept_modes, saved};
 use crate::machine::source::Source;
 
+/// Line that carries out the delayed G-code that is due.
+pub(super) const DUE: &str = "UPDATE_DELAYED_GCODE";
 /// Lines for a machine that has been idle for long, where the configuration has none.
 const WHEN_IDLE: &str = "TURN_OFF_HEATERS\nM84";
 /// Longest time that G-code can be delayed, s.
@@ -86,7 +89,7 @@ fn run_due<'c>(hands: &mut impl MacroHands<'c>, to: Recipient) -> Outcome {
     macros.is_idle = true;
     let section = macros.memory.store.section("idle_timeout");
     match section {
-        Some(section) if calls::has_option(hands, section, "gcode")? => {
+        Some(section) if has_option(hands, section, "gcode")? => {
             calls::call(hands, section, "gcode", &Parameters::Coded(""), to, Shares::No)
         }
         section => calls::run_text(hands, section.unwrap_or(Section(u16::MAX)), [WHEN_IDLE, ""], to, Shares::No),

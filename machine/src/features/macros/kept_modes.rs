@@ -5,44 +5,16 @@ use core::fmt::Write as _;
 use base::failure::{Answer, Failure, Outcome};
 use base::sessions::Recipient;
 use gcode::Extended;
-use heapless::{String, Vec};
+use heapless::String;
 use printer_cfg::Section;
-use program::Saved;
 use units::Axis;
 
 use super::calls::{self, Shares};
-use super::{MacroHands, Seen};
-
-/// Most names that modes are kept by.
-const MOST: usize = 6;
-/// Longest name, bytes.
-const NAME: usize = 24;
+use super::hands::{MacroHands, Seen};
+use super::state::Kept;
 
 /// Parameter of the line behind those that go back to the place: only the modes are left to come back to.
 const IS_THERE: &str = "_IS_THERE";
-
-/// Modes, and where the program was.
-#[derive(Clone, Debug)]
-struct Kept {
-    name: String<NAME>,
-    modes: Saved,
-    /// Machine coordinates, X Y Z in mm.
-    at: [f64; 3],
-    /// Place of the extruder in the work's coordinates.
-    extruder: f64,
-}
-
-/// Modes by names, the one kept last at the end.
-#[derive(Clone, Debug)]
-pub(crate) struct KeptModes {
-    kept: Vec<Kept, MOST>,
-}
-
-impl KeptModes {
-    pub const fn new() -> Self {
-        Self { kept: Vec::new() }
-    }
-}
 
 /// Returns machine coordinates of X Y Z, and the place of the extruder in use.
 fn here<'c>(hands: &mut impl MacroHands<'c>) -> ([f64; 3], f64) {
@@ -62,7 +34,7 @@ pub(super) fn save<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) 
         return Err(Failure::refused(&"SAVE_GCODE_STATE: a name has at most 24 letters"));
     };
     let (at, extruder) = here(hands);
-    let modes = hands.program().modes();
+    let modes = program::modes(hands.program());
     let kept = &mut hands.macros().modes.kept;
     kept.retain(|known| known.name != name);
     if kept.is_full() {
@@ -86,7 +58,7 @@ pub(super) fn restore<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_
     let moves = number("MOVE").is_some_and(|moves| moves != 0.0);
     let (_, now) = here(hands);
     if command.get(IS_THERE).is_some() || !moves && now == extruder {
-        hands.program().come_back_to_modes(&modes);
+        program::come_back_to_modes(hands.program(), &modes);
         return Ok(Answer::Ok);
     }
     // The lines come back here once they have been carried out.

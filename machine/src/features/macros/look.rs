@@ -12,8 +12,9 @@ use base::snapshot::Snapshot;
 use gcode::Extended;
 use printer_cfg::{Scratch, Section, Setting, Trouble, Use};
 
+use super::hands::{MacroHands, Seen, refused};
 use super::objects::{self, Thing};
-use super::{MacroHands, Seen, refused, saved};
+use super::{saved, status};
 
 /// Words that a macro was called with.
 pub(super) enum Parameters<'p> {
@@ -63,6 +64,7 @@ pub(super) struct Look<'l, 'c, H> {
 }
 
 impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
+    /// Looks at the machine for a macro of a section.
     pub fn new(hands: &'l mut H, section: Section, parameters: &'l Parameters<'l>, snapshot: &'l Snapshot) -> Self {
         Self { hands, section, parameters, snapshot, trouble: None, of: PhantomData }
     }
@@ -247,7 +249,7 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
                 saved::read(self.hands, name)?;
                 self.read_text(Given::Literal)
             }
-            Thing::Status(kind, instance) => objects::value(self, kind, instance, name),
+            Thing::Status(kind, instance) => status::value(self, kind, instance, name),
             Thing::Vector(which) => {
                 let place = ["x", "y", "z", "e"].iter().position(|axis| *axis == name)?;
                 objects::vector(self, which).get(place).copied().map(Given::Float)

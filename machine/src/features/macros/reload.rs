@@ -7,7 +7,7 @@ use base::sessions::Recipient;
 use printer_cfg::{Loaded, Section, Use};
 use units::Micros;
 
-use super::{MacroHands, Seen, refused};
+use super::hands::{MacroHands, Seen, refused};
 use crate::machine::taken_codes::TakenCodes;
 
 /// Reads the macros at boot, where there are some.

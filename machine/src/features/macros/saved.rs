@@ -5,7 +5,7 @@ use base::paths::{self, Path};
 use gcode::Extended;
 use printer_cfg::Use;
 
-use super::{MacroHands, Seen, calls, refused};
+use super::hands::{MacroHands, Seen, has_option, refused};
 use crate::machine::card;
 
 /// Why nothing can be saved.
@@ -125,7 +125,7 @@ fn is_variable<'c>(
     }
     let mut key = heapless::String::<96>::new();
     match core::fmt::Write::write_fmt(&mut key, format_args!("variable_{name}")) {
-        Ok(()) => calls::has_option(hands, section, &key),
+        Ok(()) => has_option(hands, section, &key),
         Err(_) => Ok(false),
     }
 }

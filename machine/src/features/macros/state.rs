@@ -1,9 +1,38 @@
 //! State of macros.
 
+use heapless::{String, Vec};
 use printer_cfg::Memory;
+use program::Saved;
 use units::Micros;
 
-use super::kept_modes::KeptModes;
+/// Most names that modes are kept by.
+const MOST: usize = 6;
+/// Longest name, bytes.
+const NAME: usize = 24;
+
+/// Modes, and where the program was.
+#[derive(Clone, Debug)]
+pub(crate) struct Kept {
+    pub name: String<NAME>,
+    pub modes: Saved,
+    /// Machine coordinates, X Y Z in mm.
+    pub at: [f64; 3],
+    /// Place of the extruder in the work's coordinates.
+    pub extruder: f64,
+}
+
+/// Modes by names, the one kept last at the end.
+#[derive(Clone, Debug)]
+pub(crate) struct KeptModes {
+    pub kept: Vec<Kept, MOST>,
+}
+
+impl KeptModes {
+    /// No modes are kept.
+    pub const fn new() -> Self {
+        Self { kept: Vec::new() }
+    }
+}
 
 /// Macros under way, what they keep, and when the machine has been idle for long.
 pub(crate) struct Macros<'c> {
