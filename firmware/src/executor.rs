@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use base::Ports;
 use base::ports::Wake;
 use bsp_prime::thread_stack;
-use machine::{Lasting, MACRO_CODE_BYTES, MACRO_LINES_BYTES, MacroMemory, MacroStore, MacroText};
+use machine::{Lasting, MACRO_CODE_BYTES, MACRO_LINES_BYTES, MacroMemory, MacroStore, MacroText, MacroVariables};
 
 /// Whether there may be work for the executor.
 static AWAKE: AtomicBool = AtomicBool::new(true);
@@ -58,21 +58,31 @@ fn lasting() -> &'static mut Lasting {
 /// Code, values and stack of the macro that is rendered. All zero, as the section is.
 #[unsafe(link_section = ".d2ram")]
 static mut MACRO_CODE: [u8; MACRO_CODE_BYTES] = [0; MACRO_CODE_BYTES];
+#[unsafe(link_section = ".d2ram")]
+static mut MACRO_TEXT: MacroText = MacroText::new();
+#[unsafe(link_section = ".d2ram")]
+static mut MACRO_VARIABLES: MacroVariables = MacroVariables::new();
 /// Lines of macros, and what is known of them: the core alone looks there. All zero, as the section is.
 #[unsafe(link_section = ".itcm_data")]
 static mut MACRO_LINES: [u8; MACRO_LINES_BYTES] = [0; MACRO_LINES_BYTES];
-#[unsafe(link_section = ".itcm_data")]
-static mut MACRO_TEXT: MacroText = MacroText::new();
 #[unsafe(link_section = ".itcm_data")]
 static mut MACRO_STORE: MacroStore = MacroStore::new();
 
 /// Returns the memory of macros. Call once.
 fn macro_memory() -> MacroMemory<'static> {
     let (code, lines) = (&raw mut MACRO_CODE, &raw mut MACRO_LINES);
-    let (text, store) = (&raw mut MACRO_TEXT, &raw mut MACRO_STORE);
+    let (text, variables, store) = (&raw mut MACRO_TEXT, &raw mut MACRO_VARIABLES, &raw mut MACRO_STORE);
     // SAFETY: `run` calls this once, so these are the only references there ever are. The board is up, so
     // both sections have been zeroed, which is what their statics are at first.
-    unsafe { MacroMemory { code: &mut *code, lines: &mut *lines, text: &mut *text, store: &mut *store } }
+    unsafe {
+        MacroMemory {
+            code: &mut *code,
+            lines: &mut *lines,
+            text: &mut *text,
+            variables: &mut *variables,
+            store: &mut *store,
+        }
+    }
 }
 
 /// Lets the core sleep until the executor is woken.

@@ -19,5 +19,5 @@ pub use executor::{Lasting, run};
 /// Memory of macros, as the board gives it.
 pub use printer_cfg::{
     CODE_BYTES as MACRO_CODE_BYTES, LINES_BYTES as MACRO_LINES_BYTES, Memory as MacroMemory, Scratch as MacroText,
-    Store as MacroStore,
+    Store as MacroStore, Variables as MacroVariables,
 };

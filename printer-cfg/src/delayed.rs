@@ -5,7 +5,7 @@ use heapless::Vec;
 use crate::index::Section;
 
 /// Most of them that wait at once.
-const MOST: usize = 24;
+const MOST: usize = 16;
 
 /// A section whose G-code waits for its time.
 #[derive(Clone, Copy, Debug)]

@@ -4,11 +4,11 @@
 use heapless::{String, Vec};
 
 /// Most sections of a configuration with all that it includes.
-pub(crate) const MOST_SECTIONS: usize = 320;
+pub(crate) const MOST_SECTIONS: usize = 256;
 /// Most macros that rename what was there.
 pub(crate) const MOST_RENAMED: usize = 48;
 /// Room for the paths of the files, bytes.
-pub(crate) const PATHS_BYTES: usize = 768;
+pub(crate) const PATHS_BYTES: usize = 512;
 /// Bits of an offset: the largest file has a megabyte.
 const OFFSET_BITS: u32 = 20;
 /// Largest file, bytes.
@@ -223,6 +223,6 @@ mod tests {
         assert_eq!(index.add(1, 0, 0), None);
         assert_eq!(index.place(Section(5)), (63, LARGEST_FILE - 1));
         assert!((0..MOST_RENAMED as u32).all(|hash| index.rename(hash, Section(0))) && !index.rename(1, Section(0)));
-        assert!((0..MOST_FILES).all(|_| index.add_file("/sd/f").is_some()) && index.add_file("/sd/f").is_none());
+        assert!((0..MOST_FILES).all(|_| index.add_file("/f").is_some()) && index.add_file("/f").is_none());
     }
 }

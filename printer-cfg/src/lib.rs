@@ -30,3 +30,4 @@ pub use saved_variables::{NotSaved, name_at as saved_name, read as read_saved, s
 pub use scan::{Loaded, Trouble};
 pub use settings::{Setting, default_of, read as read_setting};
 pub use store::{CODE_BYTES, LINES_BYTES, Memory, SCRATCH, Scratch, Store};
+pub use variables::{ROOM as VARIABLES_BYTES, Variables};

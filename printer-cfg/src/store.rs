@@ -1,4 +1,4 @@
-//! Index, variables, calls and delayed G-code together, and the memory that macros are rendered in.
+//! Index, calls and delayed G-code together, and the memory that macros are rendered in.
 
 use base::ports::Storage;
 use base::sessions::Recipient;
@@ -16,7 +16,7 @@ pub const SCRATCH: usize = 1024;
 /// Room for code, values and stack of a macro, bytes.
 pub const CODE_BYTES: usize = 28 * 1024;
 /// Room for the lines of all macros under way, bytes.
-pub const LINES_BYTES: usize = 12 * 1024;
+pub const LINES_BYTES: usize = 11 * 1024;
 
 /// Memory of macros.
 #[derive(Debug)]
@@ -27,6 +27,8 @@ pub struct Memory<'m> {
     pub lines: &'m mut [u8],
     /// Text that was read last.
     pub text: &'m mut Scratch,
+    /// Variables that were changed since the configuration was read.
+    pub variables: &'m mut Variables,
     /// What is known of the configuration, and changed of it.
     pub store: &'m mut Store,
 }
@@ -93,11 +95,10 @@ impl core::fmt::Write for Scratch {
     }
 }
 
-/// What is known of the configuration on the card, and what macros have changed. All zero at first.
+/// What is known of the configuration on the card, and which macros are under way. All zero at first.
 #[derive(Debug)]
 pub struct Store {
     index: Index,
-    variables: Variables,
     calls: Calls,
     delayed: Delayed,
 }
@@ -112,14 +113,13 @@ impl Store {
     /// Nothing is known.
     #[must_use]
     pub const fn new() -> Self {
-        Self { index: Index::new(), variables: Variables::new(), calls: Calls::new(), delayed: Delayed::new() }
+        Self { index: Index::new(), calls: Calls::new(), delayed: Delayed::new() }
     }
 
     // --- sections ---
 
-    /// Reads a configuration anew, and forgets what macros have changed.
+    /// Reads a configuration anew. The caller forgets the variables that were changed.
     pub fn reload<S: Storage>(&mut self, storage: &mut S, path: &str, now_us: u64) -> Loaded {
-        self.variables.clear();
         scan::scan((&mut self.index, &mut self.delayed), storage, path, now_us)
     }
 
@@ -257,19 +257,6 @@ impl Store {
             }
         }
         (path, line_at(storage, path, offset).saturating_add(line - 1), indent)
-    }
-
-    // --- variables ---
-
-    /// Returns the value that a variable was set to since the configuration was read.
-    #[must_use]
-    pub fn changed(&self, section: Section, name: &str) -> Option<&str> {
-        self.variables.get(section, name)
-    }
-
-    /// Sets a variable. False: there is no room for it.
-    pub fn change(&mut self, section: Section, name: &str, value: &str) -> bool {
-        self.variables.set(section, name, value)
     }
 
     // --- calls ---

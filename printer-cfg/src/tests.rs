@@ -139,3 +139,11 @@ fn saved_variables_are_klippers_file() {
     assert_eq!(card.text("/sd/new.cfg"), "[Variables]\na = 1\n\n");
     assert_eq!(card.left_open(), 0);
 }
+
+#[test]
+fn memory_is_as_much_as_the_board_lends() {
+    let store = size_of::<Store>();
+    assert!(store <= 3600, "{store} bytes behind ITCM, beside the lines");
+    let others = size_of::<Scratch>() + size_of::<crate::Variables>();
+    assert!(others <= 3200, "{others} bytes in SRAM1, beside code and values");
+}

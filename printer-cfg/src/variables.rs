@@ -5,13 +5,13 @@ use heapless::Vec;
 use crate::index::Section;
 
 /// Room for all changed variables with their names, bytes.
-const ROOM: usize = 3072;
+pub const ROOM: usize = 2048;
 /// Bytes before the name: section, length of the name, length of the value.
 const HEAD: usize = 5;
 
-/// Variables that were changed.
+/// Variables that were changed. All zero at first.
 #[derive(Debug)]
-pub(crate) struct Variables {
+pub struct Variables {
     bytes: Vec<u8, ROOM>,
 }
 
@@ -22,8 +22,15 @@ struct Found {
     end: usize,
 }
 
+impl Default for Variables {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Variables {
     /// Every variable is as configured.
+    #[must_use]
     pub const fn new() -> Self {
         Self { bytes: Vec::new() }
     }
@@ -49,6 +56,7 @@ impl Variables {
     }
 
     /// Returns the changed value of a variable; none if it has that of the configuration.
+    #[must_use]
     pub fn get(&self, section: Section, name: &str) -> Option<&str> {
         let Found { value, end, .. } = self.find(section, name)?;
         core::str::from_utf8(self.bytes.get(value..end)?).ok()
@@ -98,7 +106,7 @@ mod tests {
     #[test]
     fn without_room_a_variable_stays_as_it_was() {
         let mut variables = Variables::new();
-        let long = "x".repeat(2000);
+        let long = "x".repeat(1200);
         assert!(variables.set(Section(1), "a", &long));
         assert!(!variables.set(Section(1), "b", &long));
         assert!(variables.set(Section(1), "a", "1") && variables.set(Section(1), "b", &long));

@@ -30,7 +30,7 @@ use base::sessions::SessionId;
 use config::MachineConfig;
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
-use machine::{MACRO_CODE_BYTES, MACRO_LINES_BYTES, MacroMemory, MacroStore, MacroText};
+use machine::{MACRO_CODE_BYTES, MACRO_LINES_BYTES, MacroMemory, MacroStore, MacroText, MacroVariables};
 use thermal::HeatControl;
 
 use crate::output::StepError;
@@ -99,7 +99,14 @@ impl Runner {
         let executor = Coroutine::with_stack(stack, move |yielder, ()| {
             let (mut code, mut lines) = (vec![0; MACRO_CODE_BYTES], vec![0; MACRO_LINES_BYTES]);
             let (mut store, mut text) = (Box::new(MacroStore::new()), Box::new(MacroText::new()));
-            let macros = MacroMemory { code: &mut code, lines: &mut lines, text: &mut text, store: &mut store };
+            let mut variables = Box::new(MacroVariables::new());
+            let macros = MacroMemory {
+                code: &mut code,
+                lines: &mut lines,
+                text: &mut text,
+                variables: &mut variables,
+                store: &mut store,
+            };
             machine::run(HostPorts::new(of_executor, yielder), &mut Box::new(machine::Lasting::new()), macros)
         });
         let tasks = Tasks::new(inputs);

@@ -17,6 +17,7 @@ mod homing;
 mod images;
 mod laser;
 mod led_strips;
+mod macros;
 mod network;
 mod operation;
 mod other_stacks;

@@ -44,6 +44,7 @@ pub const ROWS: &[Row] = &[
     row("[uart console] bits", "8", "7", Board("settings.rs")),
     row("[uart console] stop_bits", "1", "2", Board("settings.rs")),
     row("[uart console] parity", "none", "even", Board("settings.rs")),
+    row("[macros] file", "", "printer.cfg", Look(called)),
     row("[player] before_job_gcode", "", "G91 G1 X2 F600", Look(played)),
     row("[player] after_job_gcode", "", "G91 G1 X2 F600", Look(played)),
     row("[player] after_abort_gcode", "", "G91 G1 X2 F600", Look(aborted)),
@@ -92,6 +93,12 @@ fn played(bench: &mut Bench) -> String {
     bench.say("play other.g");
     bench.hear(3.0);
     bench.world(|world| world.trace().total()).to_string()
+}
+
+/// Calls a macro of a file on the card.
+fn called(bench: &mut Bench) -> String {
+    bench.write_card("printer.cfg", b"[gcode_macro HELLO]\ngcode: M118 hello\n");
+    bench.say("macros reload") + &bench.say("HELLO")
 }
 
 /// Returns the steps of a job that is aborted.

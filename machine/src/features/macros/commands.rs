@@ -52,7 +52,7 @@ fn delay<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) -> Outcome
     if store.delay(section, (seconds > 0.0).then_some(now.0 + (seconds * 1e6) as u64)) {
         return Ok(Answer::Ok);
     }
-    Err(Failure::refused(&"24 delayed G-codes wait already"))
+    Err(Failure::refused(&"16 delayed G-codes wait already"))
 }
 
 fn set_idle_timeout<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) -> Outcome {

@@ -124,8 +124,8 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
         // A name with upper case cannot be: the configuration's options have none.
         let mut key = heapless::String::<96>::new();
         write!(key, "variable_{name}").ok()?;
-        if self.hands.macros().memory.store.changed(section, name).is_some() {
-            return self.hands.macros().memory.store.changed(section, name).map(Given::Literal);
+        if self.hands.macros().memory.variables.get(section, name).is_some() {
+            return self.hands.macros().memory.variables.get(section, name).map(Given::Literal);
         }
         if self.read_option(section, &key) { self.read_text(Given::Literal) } else { None }
     }

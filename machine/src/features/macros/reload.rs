@@ -27,6 +27,7 @@ fn read<'c>(hands: &mut impl MacroHands<'c>) -> Loaded {
     let Seen { macros, world, .. } = hands.seen();
     let path = paths::absolute(paths::CARD, &world.config.macros.file);
     let now = world.ports.now();
+    macros.memory.variables.clear();
     let loaded = macros.memory.store.reload(&mut world.ports, &path, now.0);
     (macros.idle_since, macros.is_idle) = (now, false);
     let timeout = idle_timeout(hands);

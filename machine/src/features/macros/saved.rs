@@ -108,10 +108,10 @@ pub(super) fn set<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) -
     let mut literal = heapless::Vec::<u8, 512>::new();
     rewrite(hands, value, &mut literal)?;
     let value = core::str::from_utf8(&literal).unwrap_or("");
-    if hands.macros().memory.store.change(section, name, value) {
+    if hands.macros().memory.variables.set(section, name, value) {
         return Ok(Answer::Ok);
     }
-    Err(Failure::refused(&"SET_GCODE_VARIABLE: variables that were changed have 3 KB with their names: shorten one"))
+    Err(Failure::refused(&"SET_GCODE_VARIABLE: variables that were changed have 2 KB with their names: shorten one"))
 }
 
 /// Whether a macro has a variable.

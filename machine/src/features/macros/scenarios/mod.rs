@@ -157,3 +157,74 @@ fn the_file_is_listed_and_read_anew() {
     assert!(bench.greeting().contains("WARNING: macros: printer.cfg: no such file"), "{}", bench.greeting());
     assert!(bench.say("macros reload").contains("no such file"));
 }
+
+#[test]
+fn a_macro_is_held_and_goes_on() {
+    let text = "[gcode_macro MOVES]\ngcode:\n  G91\n  {% for turn in range(4) %}\n    G1 X5 F600\n  {% endfor %}\n";
+    let mut bench = with(text).start();
+    bench.type_in("MOVES\n");
+    bench.hear(0.7);
+    bench.type_in("!");
+    bench.hear(1.0);
+    let held = place(&bench);
+    bench.hear(1.0);
+    assert_eq!(place(&bench), held);
+    assert!((100..2000).contains(&held[0]), "{held:?}");
+    bench.type_in("~");
+    bench.hear(4.0);
+    assert_eq!(place(&bench), [2000, 0]);
+}
+
+#[test]
+fn a_macro_stops_the_machine() {
+    let text = "[gcode_macro STOPS]\ngcode:\n  G91\n  G1 X5 F600\n  {action_emergency_stop('too hot')}\n";
+    let mut bench = with(text).start();
+    bench.type_in("STOPS\n");
+    let heard = bench.hear_until("too hot", 1.0);
+    assert!(heard.contains("ALARM: too hot"), "{heard}");
+    bench.hear(1.0);
+    assert_eq!(place(&bench), [0, 0]);
+    assert!(bench.status().starts_with("<Alarm"));
+    bench.type_in("M999\n");
+    bench.hear(0.5);
+    assert!(bench.say("NOTHING").starts_with("error:NOTHING is not known"));
+}
+
+#[test]
+fn programs_with_o_words_call_macros() {
+    let text = "[gcode_macro STEP_ASIDE]\ngcode:\n  G1 Y{params.BY} F3000\n";
+    let program = "G91\nO1 repeat [3]\nSTEP_ASIDE BY=2\nG1 X1 F3000\nO1 endrepeat\n";
+    let mut bench = with(text).file("a.ngc", program).start();
+    bench.type_in("M32 a.ngc\n");
+    let heard = bench.hear_until("Done printing file", 20.0);
+    assert!(!heard.contains("error"), "{heard}");
+    assert_eq!(place(&bench), [300, 600]);
+}
+
+#[test]
+fn many_macros_within_each_other_are_refused_and_forgotten() {
+    let mut text = String::from("[gcode_macro DEEP_14]\ngcode: G4 P1\n");
+    for depth in 0..14 {
+        text += &std::format!("[gcode_macro DEEP_{depth}]\ngcode: DEEP_{}\n", depth + 1);
+    }
+    let mut bench = with(&text).start();
+    let said = bench.say("DEEP_0");
+    assert!(said.contains("more than 12 deep"), "{said}");
+    bench.run(&["DEEP_4", "DEEP_3"]);
+}
+
+#[test]
+fn what_is_too_large_is_refused_with_its_size() {
+    let text = "[gcode_macro LINES]\ngcode:\n  {% for turn in range(2000) %}\n    G1 X{turn}\n  {% endfor %}\n\
+                [gcode_macro LONG]\ngcode: M117 {'x' * 300}\n[gcode_macro ASKS]\n\
+                gcode: M117 {printer.configfile.config.big.text}\n[big]\ntext: "
+        .to_string()
+        + &"word ".repeat(400);
+    let mut bench = with(&text).start();
+    let said = bench.say("LINES");
+    assert!(said.contains("11264"), "{said}");
+    let said = bench.say("LONG");
+    assert!(said.contains("more than 255 bytes"), "{said}");
+    let said = bench.say("ASKS");
+    assert!(said.contains("more than 1024 bytes"), "{said}");
+}
