@@ -373,7 +373,7 @@ fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source
         line => {
             let height = machine.frames.len();
             if let Some(text) = named_commands::text_of(&line).filter(|_| source.origin != Origin::Settings)
-                && let Some(outcome) = Features::<P>::run_named(machine, text, source)
+                && let Some(outcome) = apart(|| Features::<P>::run_named(machine, text, source))
             {
                 return when_ended(machine, height, outcome, source);
             }

@@ -15,7 +15,7 @@ use super::calls::{self, Function};
 use super::pointers::Pointers;
 
 /// How often a function may be on the stack at once, where it leads back to itself: by what its name holds.
-const NESTING: [(&str, u8); 13] = [
+const NESTING: [(&str, u8); 18] = [
     // A reply formats a finding, that an error, that a quantity, that a number. GRBL's framing formats once
     // more below, but no number, which is what takes the stack.
     ("core::fmt::write", 4),
@@ -34,6 +34,15 @@ const NESTING: [(&str, u8); 13] = [
     ("thermal::combined::read_within", 9),
     // `MOST_NESTED` of `gcode::expression`, and the value that holds all of them.
     ("gcode::expression::Reader::value", 11),
+    // `DEEPEST` of `macros::value`: lists and dicts within each other, and what holds all of them.
+    ("macros::literal::Reader::value", 9),
+    ("macros::run::", 9),
+    // `map` and `select` take another filter, and that is none of them.
+    ("macros::filters::", 2),
+    // The form of a field in `format` may have fields itself, whose forms have none.
+    ("macros::format::braces::fill", 2),
+    // `DEEPEST` of `macros::parser`: parts of an expression within each other.
+    ("macros::parser::", 33),
     // An answer that cannot be sent ends what it answers.
     ("machine::executor::stack::fail", 2),
     // A motion in inverse time mode is taken apart once.

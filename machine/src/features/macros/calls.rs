@@ -5,10 +5,11 @@ use core::mem::take;
 
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
+use base::own_frame::apart;
 use base::sessions::{LineBytes, Recipient};
 use gcode::{Block, Extended};
 use heapless::String;
-use printer_cfg::{Section, Trouble};
+use printer_cfg::{Call, Section, Trouble};
 use program::Dialect;
 
 use super::hands::{MacroHands, Seen, refused};
@@ -211,27 +212,35 @@ fn name_of<'c>(hands: &mut impl MacroHands<'c>, section: Section) -> Result<prin
 /// # Errors
 /// When the line is too long.
 pub(crate) fn go_on<'c>(hands: &mut impl MacroHands<'c>, above: u8) -> Result<(), Failure> {
+    let mut line = LineBytes::new();
+    let Some(call) = apart(|| take_line(hands, above, &mut line))? else { return Ok(()) };
+    // The frame that was taken left room for this one.
+    let _ = hands.frames().push(Frame::Then(Then::Step(Step::Macros { above })));
+    let to = if hands.frames().are_answered() { Recipient::Nobody } else { call.to };
+    hands.run_line(&line, Source { origin: Origin::Macro(!call.is_plain), to, dialect: Dialect::Klipper });
+    Ok(())
+}
+
+/// Takes the next line of the innermost macro. None: there are no more macros than so many.
+///
+/// # Errors
+/// When the line is too long.
+fn take_line<'c>(hands: &mut impl MacroHands<'c>, above: u8, line: &mut LineBytes) -> Result<Option<Call>, Failure> {
     let memory = &mut hands.macros().memory;
     let range = loop {
         if memory.store.calls() <= usize::from(above) {
-            return Ok(());
+            return Ok(None);
         }
         match memory.store.take_line(memory.lines) {
             Some(range) => break range,
             None => memory.store.end_calls(memory.store.calls() - 1),
         }
     };
-    let line = memory.lines.get(range).map(LineBytes::from_slice);
-    let Some(call) = memory.store.innermost() else { return Ok(()) };
-    let Some(Ok(line)) = line else {
-        let name = name_of(hands, call.section)?;
-        return Err(hands.world().texts.refused(format_args!("{name}: a line has more than 255 bytes")));
-    };
-    // The frame that was taken left room for this one.
-    let _ = hands.frames().push(Frame::Then(Then::Step(Step::Macros { above })));
-    let to = if hands.frames().are_answered() { Recipient::Nobody } else { call.to };
-    hands.run_line(&line, Source { origin: Origin::Macro(!call.is_plain), to, dialect: Dialect::Klipper });
-    Ok(())
+    let bytes = memory.lines.get(range).unwrap_or(&[]);
+    let is_whole = line.extend_from_slice(bytes).is_ok();
+    let Some(call) = memory.store.innermost().filter(|_| !is_whole) else { return Ok(memory.store.innermost()) };
+    let name = name_of(hands, call.section)?;
+    Err(hands.world().texts.refused(format_args!("{name}: a line has more than 255 bytes")))
 }
 
 /// Ends macros that cannot go on.

@@ -1,6 +1,7 @@
 //! Commands about macros, and what time asks of them: delayed G-code, a machine that is idle for long.
 
 use base::failure::{Answer, Failure, Outcome};
+use base::own_frame::apart;
 use base::ports::Clock as _;
 use base::sessions::Recipient;
 use gcode::Extended;
@@ -23,8 +24,8 @@ const LONGEST_S: f64 = 1e7;
 /// Runs a command about macros. None: it is none.
 pub(super) fn run<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, source: Source) -> Option<Outcome> {
     Some(match command {
-        _ if command.is("SET_GCODE_VARIABLE") => saved::set(hands, command),
-        _ if command.is("SAVE_VARIABLE") => saved::save(hands, command),
+        _ if command.is("SET_GCODE_VARIABLE") => apart(|| saved::set(hands, command)),
+        _ if command.is("SAVE_VARIABLE") => apart(|| saved::save(hands, command)),
         _ if command.is(DUE) && command.rest().is_empty() => run_due(hands, source.to),
         _ if command.is(DUE) => delay(hands, command),
         _ if command.is("SET_IDLE_TIMEOUT") => set_idle_timeout(hands, command),
