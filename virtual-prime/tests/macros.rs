@@ -39,7 +39,10 @@ fn steps(velvet: &mut Velvet, lines: &[&str]) -> Vec<(Actuator, bool)> {
     }
     velvet.ask("M400", 5 * SECOND);
     let edges = velvet.world(|world| world.trace_mut().take());
-    edges.iter().map(|StepEdge { actuator, direction, .. }| (*actuator, matches!(direction, Direction::Forward))).collect()
+    edges
+        .iter()
+        .map(|StepEdge { actuator, direction, .. }| (*actuator, matches!(direction, Direction::Forward)))
+        .collect()
 }
 
 /// Each motor's steps are those of the lines typed one by one; how they fall between each other hangs on when

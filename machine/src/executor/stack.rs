@@ -1,6 +1,7 @@
 //! The work that lines have started: scripts and files of saved settings, line by line, and their sequels.
 
 use base::failure::{Answer, Failure, FailureKind, Outcome, ShortText, Texts, short};
+use base::own_frame::apart;
 use base::ports::{Storage, StorageError};
 use base::sessions::{LineBytes, Recipient};
 use base::{Ports, World};
@@ -40,7 +41,9 @@ pub(crate) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
             }
             Some(Frame::Hole(left)) => go_on_drilling(machine, &left),
             Some(Frame::Startup(number)) => return run_startup(machine, number),
-            Some(Frame::Then(then)) => go_on(machine, then),
+            // Much is called from there, and little of the stack is to be below it.
+            Some(Frame::Then(Then::Step(step))) => P::go_on(machine, step),
+            Some(Frame::Then(then)) => apart(|| go_on(machine, then)),
             _ => Ok(()),
         },
     };

@@ -37,6 +37,7 @@ pub(crate) mod viewers;
 
 use base::Ports;
 use base::failure::Failure;
+use base::own_frame::apart;
 use config::MachineConfig;
 
 use printer_cfg::Memory;
@@ -87,9 +88,9 @@ impl<P: Ports> Featured for P {
 
     fn go_on(machine: &mut Machine<'_, P>, step: Step) -> Result<(), Failure> {
         match step {
-            Step::Recover(step, to) => power_loss::job_recovery::go_on(machine, step, to),
-            Step::Stalled(step) => stalls::recovery::go_on(machine, step),
-            Step::PlayFrom(to) => play_from::go_on(machine, to),
+            Step::Recover(step, to) => apart(|| power_loss::job_recovery::go_on(machine, step, to)),
+            Step::Stalled(step) => apart(|| stalls::recovery::go_on(machine, step)),
+            Step::PlayFrom(to) => apart(|| play_from::go_on(machine, to)),
             Step::Macros { above } => macros::calls::go_on(machine, above),
         }
     }
@@ -98,7 +99,7 @@ impl<P: Ports> Featured for P {
         match step {
             // A recovery cannot go on from where the machine is.
             Step::Recover(..) if why.is_refusal() => power_loss::job_recovery::give_up(machine),
-            Step::Macros { above } => macros::calls::give_up(machine, above, why),
+            Step::Macros { above } => apart(|| macros::calls::give_up(machine, above, why)),
             Step::Recover(..) | Step::Stalled(_) | Step::PlayFrom(_) => {}
         }
     }
