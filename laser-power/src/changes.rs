@@ -103,7 +103,7 @@ impl Changes {
         self.waiting.get(0).is_some_and(|change| change.at < until.0)
     }
 
-    /// Whether nothing waits.
+    /// Returns whether no change waits.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.waiting.is_empty()

@@ -26,7 +26,7 @@ pub struct Law {
 }
 
 impl Law {
-    /// No power.
+    /// No power at any speed.
     pub const OFF: Self = Self { level: 0, kind: Kind::Constant, all_axes: false, reference: 0.0 };
 
     /// Returns the power at this speed, mm/s: 1 is full power, and there may be more.

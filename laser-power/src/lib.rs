@@ -74,7 +74,7 @@ pub struct LaserConfig {
     pub least: f32,
     /// Duty of full power, 0 to 1.
     pub most: f32,
-    /// What the laser makes of a duty.
+    /// Powers that the laser makes of duties.
     pub curve: PowerCurve,
 }
 

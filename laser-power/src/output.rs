@@ -21,7 +21,7 @@ pub struct Output<'a> {
     pub entry: &'a PerAxis<f64>,
     /// Velocities at the end, mm/s.
     pub exit: &'a PerAxis<f64>,
-    /// Duration, seconds.
+    /// Duration of the piece, seconds.
     pub seconds: f64,
 }
 

@@ -13,7 +13,7 @@ pub struct Slice {
     pub entry: f64,
     /// Path speed at the end, mm/s.
     pub exit: f64,
-    /// Duration, seconds.
+    /// Duration of the slice, seconds.
     pub seconds: f64,
 }
 

@@ -72,7 +72,7 @@ pub fn is_word(char: char) -> bool {
         || matches!(char, '\u{3040}'..='\u{d7ff}' | '\u{f900}'..='\u{fdff}' | '\u{ff66}'..='\u{ffdc}')
 }
 
-/// Number of characters.
+/// Number of characters of a text.
 #[inline(never)]
 pub fn count(text: &str) -> usize {
     text.bytes().filter(|byte| byte & 0xc0 != 0x80).count()

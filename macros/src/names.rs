@@ -102,7 +102,7 @@ names! {
 }
 
 names! {
-    /// What a loop tells about itself.
+    /// Members of `loop`.
     OfLoop:
     Index "index" (""), Index0 "index0" (""), First "first" (""), Depth "depth" (""), Depth0 "depth0" (""),
     Cycle "cycle" ("*"), Changed "changed" ("*"), Last "last" (""), Length "length" (""), RevIndex "revindex" (""),

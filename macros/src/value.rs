@@ -143,12 +143,12 @@ impl Value {
         [self.low, self.high.get()]
     }
 
-    /// What is not there, by its name.
+    /// Something that is not there, by its name.
     pub fn undefined(name: Text) -> Self {
         Self::new(tag::UNDEFINED, name.bits())
     }
 
-    /// A truth value.
+    /// A truth value, `True` or `False`.
     pub fn bool(is: bool) -> Self {
         Self::new(tag::BOOL, u32::from(is))
     }

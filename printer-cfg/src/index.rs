@@ -11,9 +11,9 @@ pub(crate) const MOST_RENAMED: usize = 48;
 pub(crate) const PATHS_BYTES: usize = 512;
 /// Bits of an offset: the largest file has a megabyte.
 const OFFSET_BITS: u32 = 20;
-/// Largest file, bytes.
+/// Largest size of one file, bytes.
 pub(crate) const LARGEST_FILE: u32 = 1 << OFFSET_BITS;
-/// Most files.
+/// Most files of a configuration, those included among them.
 pub(crate) const MOST_FILES: usize = 64;
 
 /// Number of a section in the index.

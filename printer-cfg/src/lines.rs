@@ -13,7 +13,7 @@ const MOST_BLANKS: usize = 16;
 /// Beginning of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Begins {
-    /// The file ends.
+    /// The file ends here.
     End,
     /// The line is empty, or nothing but a `#` comment: it counts as an empty line of a value.
     Blank,

@@ -27,7 +27,7 @@ pub struct Options<'s, S: Storage> {
 }
 
 impl<'s, S: Storage> Options<'s, S> {
-    /// Opens a section.
+    /// Opens a section of the configuration.
     ///
     /// # Errors
     /// Errors of the card; another section stands there than the index knows.

@@ -10,7 +10,7 @@ use crate::store::{SCRATCH, Scratch};
 /// Name of the file's one section.
 pub const SECTION: &str = "Variables";
 
-/// Why a variable was not saved.
+/// Reason for which a variable was not saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotSaved {
     /// The card has an error.

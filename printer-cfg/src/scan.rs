@@ -11,7 +11,7 @@ use crate::index::{Index, MOST_FILES, MOST_RENAMED, MOST_SECTIONS, PATHS_BYTES, 
 use crate::option::Options;
 use crate::store::name_in;
 
-/// Why a part of the configuration cannot be used.
+/// Reason for which a part of the configuration cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Why {
     Card(StorageError),

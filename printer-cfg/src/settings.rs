@@ -8,7 +8,7 @@ use crate::store::Scratch;
 /// Value of an option.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting {
-    /// A truth value.
+    /// A truth value, `True` or `False`.
     Bool(bool),
     /// A whole number.
     Int(i64),
@@ -101,7 +101,7 @@ pub fn read(key: &str, text: &mut Scratch) -> Setting {
     let begin = if is_whole { '[' } else { '(' };
     for (place, part) in written.split(',').map(str::trim).enumerate() {
         let point = if is_whole || part.contains(['.', 'e', 'E']) { "" } else { ".0" };
-        // What does not fit is seen by its length.
+        // A text that does not fit is seen by its length.
         let _ = write!(list, "{}{part}{point}", if place == 0 { begin } else { ',' });
     }
     list.push(if is_whole { b']' } else { b')' });

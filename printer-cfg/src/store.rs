@@ -29,7 +29,7 @@ pub struct Memory<'m> {
     pub text: &'m mut Scratch,
     /// Variables that were changed since the configuration was read.
     pub variables: &'m mut Variables,
-    /// What is known of the configuration, and changed of it.
+    /// Contents of the configuration that are known, and changes of them.
     pub store: &'m mut Store,
 }
 
@@ -55,7 +55,7 @@ impl Scratch {
         !self.is_cut
     }
 
-    /// Adds a byte.
+    /// Adds a byte, if there is room.
     pub fn push(&mut self, byte: u8) {
         match self.bytes.get_mut(self.len) {
             Some(place) => (*place, self.len) = (byte, self.len + 1),
@@ -95,7 +95,7 @@ impl core::fmt::Write for Scratch {
     }
 }
 
-/// What is known of the configuration on the card, and which macros are under way. All zero at first.
+/// Contents of the configuration on the card, and the macros under way. All zero at first.
 #[derive(Debug)]
 pub struct Store {
     index: Index,

@@ -15,7 +15,7 @@ pub struct Variables {
     bytes: Vec<u8, ROOM>,
 }
 
-/// Where a variable stands.
+/// Place of a variable's value.
 struct Found {
     at: usize,
     value: usize,

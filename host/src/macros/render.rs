@@ -49,7 +49,7 @@ fn find<'e>(entries: &'e [Entry], name: &str) -> Result<&'e Entry> {
     Ok(entry)
 }
 
-/// What the macro sees: `printer`, `params`, `rawparams` and its own variables.
+/// Values that the macro sees: `printer`, `params`, `rawparams` and its own variables.
 fn machine_of(entries: &[Entry], entry: &Entry, parameters: &[String], state: Option<&Path>) -> Result<State> {
     let mut machine = State::default();
     let mut own = Vec::new();

@@ -51,9 +51,9 @@ pub fn migrate(path: &Path, out: Option<&Path>, board: BoardId) -> Result<bool> 
     Ok(outcome.summary.is_complete())
 }
 
-/// What a migration came to.
+/// Result of a migration.
 struct Outcome {
-    /// The new file.
+    /// The new config.ini.
     text: String,
     account: Account,
     to_do: Vec<String>,

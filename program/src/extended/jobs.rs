@@ -59,12 +59,6 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
         text(command, "M117", line)
     }),
     codes("SET_FAN_SPEED", "FAN SPEED", "set an output; FAN is fan, or the name of a switch", fan_speed),
-    codes(
-        "SET_FILAMENT_SENSOR",
-        "SENSOR ENABLE",
-        "filament detector on or off, as M406 and M405",
-        |command, _, line| put(line, if number(command, "ENABLE")? == Some(0.0) { "M405" } else { "M406" }),
-    ),
     codes("SET_GCODE_OFFSET", "X Y Z X_ADJUST Y_ADJUST Z_ADJUST MOVE", "shift what follows, as M290", gcode_offset),
     codes("SET_HEATER_TEMPERATURE", "HEATER TARGET", "set a heater's target", heater_temperature),
     codes("SET_INPUT_SHAPER", "SHAPER_FREQ_X SHAPER_FREQ_Y SHAPER_TYPE", "input shaping, as M593", input_shaper),

@@ -38,7 +38,7 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
         put(line, command.get("FILENAME").ok_or(ExtendedFault::MustSupply("FILENAME"))?)
     }),
     console("SDCARD_RESET_FILE", "end the job and close its file, as abort", "abort"),
-    codes("SET_FILAMENT_SENSOR", "ENABLE", "filament detector on or off, as M412", |command, _, line| {
+    codes("SET_FILAMENT_SENSOR", "SENSOR ENABLE", "filament detector on or off, as M412", |command, _, line| {
         put(line, if is_on(command, "ENABLE")? { "M412 S1" } else { "M412 S0" })
     }),
     codes(

@@ -56,7 +56,7 @@ impl Verdict {
 pub struct Count {
     pub all: usize,
     pub converted: usize,
-    /// Those of `converted` that stay in printer.cfg.
+    /// Options of `converted` that stay in printer.cfg.
     pub kept: usize,
     pub needless: usize,
     pub refused: usize,

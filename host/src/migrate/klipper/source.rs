@@ -64,7 +64,7 @@ pub struct Source {
     /// Files in the order in which they were first opened; the first is printer.cfg itself.
     pub files: Vec<PathBuf>,
     pub sections: Vec<Section>,
-    /// What a person should know about how it was read.
+    /// Remarks for a person on how the file was read.
     pub remarks: Vec<(Place, String)>,
 }
 

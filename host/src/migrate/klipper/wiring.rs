@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 pub struct Place {
     /// Pin as config.ini writes it.
     pub pin: &'static str,
-    /// Where a person finds it on the board.
+    /// Name of the connector on the board.
     pub label: &'static str,
-    /// What a person has to mind there.
+    /// Remark on the connector, for a person.
     pub remark: &'static str,
 }
 
@@ -132,14 +132,14 @@ const PLACES: &[(Role, &[Place])] = &[
 pub struct Wire {
     /// What it is: `heater of [extruder]`.
     pub what: String,
-    /// Where it was on the old board.
+    /// Pin on the old board.
     pub old: String,
     pub pin: String,
     pub label: String,
     pub remark: String,
 }
 
-/// What has been given out.
+/// Connectors that have been given out.
 #[derive(Debug, Default)]
 pub struct Wiring {
     taken: Vec<&'static str>,

@@ -35,7 +35,7 @@ pub(super) fn run<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, s
     })
 }
 
-/// Reads a time.
+/// Reads a time in seconds.
 fn seconds(command: &Extended<'_>, key: &str) -> Option<f64> {
     command.get(key).and_then(|text| gcode::read_f64(text.trim())).filter(|seconds| (0.0..=LONGEST_S).contains(seconds))
 }

@@ -58,7 +58,7 @@ pub(super) struct Look<'l, 'c, H> {
     section: Section,
     parameters: &'l Parameters<'l>,
     pub snapshot: &'l Snapshot,
-    /// Why the macro cannot go on, beside its own errors.
+    /// Reason for which the macro cannot go on, beside its own errors.
     trouble: Option<Failure>,
     of: PhantomData<&'c ()>,
 }

@@ -212,7 +212,7 @@ fn output(config: &config::MachineConfig, name: &str) -> Option<u8> {
     named.or_else(|| if name == "fan" { part_fan() } else { None }).map(|(place, _)| place as u8)
 }
 
-/// Numbers by axis.
+/// Numbers of each axis, as a list.
 pub(super) fn vector<'c, H: MacroHands<'c>>(look: &mut Look<'_, 'c, H>, which: Vector) -> [f64; 4] {
     let snapshot = look.snapshot;
     let Seen { program, world, .. } = look.hands.seen();

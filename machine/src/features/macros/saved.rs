@@ -8,7 +8,7 @@ use printer_cfg::Use;
 use super::hands::{MacroHands, Seen, has_option, refused};
 use crate::machine::card;
 
-/// Why nothing can be saved.
+/// Reason for which nothing can be saved.
 const NONE: &str = "SAVE_VARIABLE needs [save_variables] with filename in the printer.cfg";
 
 /// Returns the path of the file: it lies beside the configuration, whatever folder of a computer it names.

@@ -1,4 +1,4 @@
-//! State of macros.
+//! State of the feature of macros.
 
 use heapless::{String, Vec};
 use printer_cfg::Memory;

@@ -17,7 +17,7 @@ const KINEMATICS: &[(&str, &str, [&str; 3])] = &[
     ("deltesian", "deltesian", ["stepper_left", "stepper_right", "stepper_y"]),
     ("polar", "polar", ["stepper_arm", "stepper_bed", "stepper_z"]),
     ("winch", "winch", ["stepper_a", "stepper_b", "stepper_c"]),
-    // Its motors have names of their own.
+    // Its motors have names of their own here.
     (GENERIC, GENERIC, ["", "", ""]),
 ];
 const GENERIC: &str = "generic_cartesian";

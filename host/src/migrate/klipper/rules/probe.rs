@@ -1,4 +1,4 @@
-//! Probes.
+//! Rules of probes: `[probe]`, `[bltouch]` and their kin.
 
 use super::super::account::{Class, Verdict};
 use super::super::migration::{Migration, text};
