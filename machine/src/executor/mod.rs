@@ -76,7 +76,7 @@ pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting, macros: Memory<'_>) ->
     let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(config, texts, workspace)));
     let place = pin!(None);
     let mut forecaster = Work::new(forecast, &desk, || read_file(forecast, &desk), place);
-    let mut machine = Machine::new(ports, config, texts, sessions, read.took, macros, forecast, &mut forecaster);
+    let mut machine = Machine::new(ports, config, texts, sessions, read.took, macros, (forecast, &mut forecaster));
     apart(|| boot::start(&mut machine, read));
     loop {
         machine.serve();

@@ -143,8 +143,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         sessions: &'c mut Sessions,
         config_took: Micros,
         macros: Memory<'c>,
-        forecast: &'c SharedForecast,
-        forecaster: &'c mut dyn Forecaster,
+        (forecast, forecaster): (&'c SharedForecast, &'c mut dyn Forecaster),
     ) -> Self {
         let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
         Self {

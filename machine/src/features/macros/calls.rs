@@ -148,9 +148,9 @@ fn start<'c>(
 ) -> Outcome {
     let above = hands.macros().memory.store.calls() as u8;
     let is_caller_next = matches!(hands.frames().next_step(), Some(Step::Macros { .. }));
-    if !(is_caller_next && shares == Shares::Yes)
-        && !hands.frames().push(Frame::Then(Then::Step(Step::Macros { above })))
-    {
+    // A macro may share the frame of its caller, which has nothing else to do in its line.
+    let has_step = is_caller_next && shares == Shares::Yes;
+    if !has_step && !hands.frames().push(Frame::Then(Then::Step(Step::Macros { above }))) {
         return Err(Failure::refused(&"scripts and macros start each other without end"));
     }
     hands.macros().memory.store.call(section, length, to, is_plain);

@@ -68,7 +68,7 @@ pub(super) fn restore<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_
         let _ = write!(lines, "G21\nG90\nG53 G1 X{x} Y{y} Z{z} F{rate}\n");
     }
     if now != extruder {
-        let _ = write!(lines, "G92 E{extruder}\n");
+        let _ = writeln!(lines, "G92 E{extruder}");
     }
     let _ = write!(last, "\nRESTORE_GCODE_STATE NAME={name} {IS_THERE}=1");
     calls::run_text(hands, Section(u16::MAX), [&lines, &last], to, Shares::No)

@@ -285,7 +285,7 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
         let macros = self.hands.macros();
         // Numerical Recipes' generator, stirred by the time; the upper bits are the better ones.
         macros.random = (macros.random ^ now).wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (u64::from(macros.random) * limit as u64 >> 32) as usize
+        ((u64::from(macros.random) * limit as u64) >> 32) as usize
     }
 }
 
