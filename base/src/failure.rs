@@ -34,7 +34,10 @@ impl ShortText {
 
 impl Write for ShortText {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.0.write_str(text)
+        let fits = text.floor_char_boundary(TEXT_BYTES.saturating_sub(self.0.len()));
+        let fitting = text.get(..fits).unwrap_or("");
+        self.0.push_str(fitting).map_err(|_| fmt::Error)?;
+        if fits < text.len() { Err(fmt::Error) } else { Ok(()) }
     }
 }
 
@@ -307,6 +310,13 @@ mod tests {
             assert!(text.starts_with("...") && text.ends_with(&format!("{letter}.g: {why}")), "{text}");
             assert!(text.len() >= ShortText::capacity() - 1, "{text}");
         }
+    }
+
+    #[test]
+    fn a_text_that_is_too_long_is_cut_where_it_ends_and_not_before() {
+        let long = "\u{e4}".repeat(TEXT_BYTES);
+        let text = short(format_args!("x: {long}"));
+        assert_eq!(text.as_str(), format!("x: {}", "\u{e4}".repeat((TEXT_BYTES - 3) / 2)));
     }
 
     #[test]

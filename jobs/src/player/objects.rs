@@ -38,6 +38,17 @@ pub struct Objects {
     cut: u64,
 }
 
+/// An object of the print, as it is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectShown<'o> {
+    /// Name, or its beginning if it is longer.
+    pub name: &'o str,
+    /// Outline: least X and Y, greatest X and Y, mm.
+    pub outline: Option<[f32; 4]>,
+    /// Whether its moves are not made.
+    pub is_left_out: bool,
+}
+
 /// Author of a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
@@ -78,6 +89,19 @@ impl Objects {
             _ => return Err("M486 takes T, S, A, P, U or C"),
         }
         Ok(())
+    }
+
+    /// Returns the object at a place, in the order in which they were named.
+    #[must_use]
+    pub fn shown(&self, place: usize) -> Option<ObjectShown<'_>> {
+        let Object { name, outline, is_left_out, .. } = self.all.get(place)?;
+        Some(ObjectShown { name, outline: *outline, is_left_out: *is_left_out })
+    }
+
+    /// Returns the place of the object whose lines are read.
+    #[must_use]
+    pub const fn current(&self) -> Option<usize> {
+        self.current
     }
 
     /// Returns the rectangle around the outlines of all objects that are made: least X and Y, greatest X and

@@ -4,6 +4,7 @@ use base::failure::Failure;
 use base::sessions::Recipient;
 use base::tuning::Tuning;
 use base::{Ports, World};
+use jobs::player::Jobs;
 use parts::filament::Filament;
 use printer_cfg::Section;
 use program::{Interpreter, State};
@@ -24,6 +25,7 @@ pub(crate) struct Seen<'m, 'c, P> {
     pub program: &'m Interpreter,
     pub tuning: &'m Tuning,
     pub filament: &'m Filament,
+    pub jobs: &'m Jobs,
 }
 
 /// The machine for macros.
@@ -56,8 +58,8 @@ impl<'c, P: Ports> MacroHands<'c> for Machine<'c, P> {
     }
 
     fn seen(&mut self) -> Seen<'_, 'c, P> {
-        let Self { features: States { macros, filament, .. }, world, program, tuning, .. } = self;
-        Seen { macros, world, program, tuning, filament }
+        let Self { features: States { macros, filament, .. }, world, program, tuning, jobs, .. } = self;
+        Seen { macros, world, program, tuning, filament, jobs }
     }
 
     fn is_due(&self) -> bool {

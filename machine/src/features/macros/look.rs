@@ -79,7 +79,7 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
     }
 
     /// Gives the text that was read last. One that is too long is an error, never cut.
-    fn read_text<'t>(&'t mut self, give: fn(&'t str) -> Given<'t>) -> Option<Given<'t>> {
+    pub(super) fn read_text<'t>(&'t mut self, give: fn(&'t str) -> Given<'t>) -> Option<Given<'t>> {
         if self.text().is_cut() {
             let texts = self.hands.world().texts;
             self.trouble = Some(texts.refused(format_args!("a value has more than {} bytes", printer_cfg::SCRATCH)));
@@ -133,6 +133,9 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
     /// Gives an option of the configuration: as Klipper has read it, or as it is written.
     fn option(&mut self, section: Section, key: &str, is_read: bool) -> Option<Given<'_>> {
         if !self.read_option(section, key) {
+            if is_read && key == "max_extrude_cross_section" {
+                return self.cross_section(section);
+            }
             let Seen { macros, world, .. } = self.hands.seen();
             let memory = &mut macros.memory;
             let options = memory.store.open(section, &mut world.ports).ok()?;
@@ -149,6 +152,18 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
             Setting::Float(number) => Some(Given::Float(number)),
             Setting::List => self.read_text(Given::Literal),
             Setting::Text => self.read_text(Given::Text),
+        }
+    }
+
+    /// Gives the greatest cross section of a line where none is written, mm²: in Klipper the square of twice
+    /// the nozzle's diameter.
+    fn cross_section(&mut self, section: Section) -> Option<Given<'_>> {
+        if !self.read_option(section, "nozzle_diameter") {
+            return None;
+        }
+        match printer_cfg::read_setting("nozzle_diameter", self.text()) {
+            Setting::Float(mm) => Some(Given::Float(4.0 * mm * mm)),
+            Setting::Bool(_) | Setting::Int(_) | Setting::List | Setting::Text => None,
         }
     }
 
@@ -208,6 +223,10 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
                 Some(place) if thing == Thing::Printer => objects::name_at(place).map(Given::Text),
                 Some(_) => None,
             },
+            Thing::PrintObjects => {
+                self.hands.jobs().objects.shown(place).map(|_| Thing::PrintObject(place as u8).given())
+            }
+            Thing::PrintObject(_) => ["name", "center", "polygon"].get(place).map(|name| Given::Text(name)),
             Thing::Macro(_) | Thing::Configfile | Thing::Saved | Thing::Status(..) => None,
         }
     }
@@ -250,6 +269,8 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
                 self.read_text(Given::Literal)
             }
             Thing::Status(kind, instance) => status::value(self, kind, instance, name),
+            Thing::PrintObject(place) => status::print_object(self, place, name),
+            Thing::PrintObjects => None,
             Thing::Vector(which) => {
                 let place = ["x", "y", "z", "e"].iter().position(|axis| *axis == name)?;
                 objects::vector(self, which).get(place).copied().map(Given::Float)
@@ -293,6 +314,8 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
 pub(super) const fn kind_of(thing: Thing) -> Kind {
     match thing {
         Thing::Printer | Thing::Macro(_) | Thing::Configfile | Thing::Saved | Thing::Status(..) => Kind::Lookup,
+        Thing::PrintObject(_) => Kind::Dict,
+        Thing::PrintObjects => Kind::List,
         Thing::Parameters | Thing::Settings(_) | Thing::Options(..) | Thing::SavedVariables => Kind::Dict,
         Thing::Vector(_) => Kind::Tuple,
     }

@@ -32,10 +32,12 @@ pub(super) enum Kind {
     Display,
     Filament,
     Host,
+    /// Objects of the print that can be left out.
+    Print,
 }
 
 /// Names of objects; a name that ends in a blank is followed by that of a part.
-const KINDS: [(&str, Kind); 31] = [
+const KINDS: [(&str, Kind); 32] = [
     ("toolhead", Kind::Toolhead),
     ("gcode_move", Kind::Move),
     ("motion_report", Kind::LiveMotion),
@@ -47,6 +49,7 @@ const KINDS: [(&str, Kind); 31] = [
     ("query_endstops", Kind::Endstops),
     ("display_status", Kind::Display),
     ("webhooks", Kind::Host),
+    ("exclude_object", Kind::Print),
     ("extruder", Kind::Extruder),
     ("heater_bed", Kind::Heater),
     ("fan", Kind::PartFan),
@@ -70,7 +73,7 @@ const KINDS: [(&str, Kind); 31] = [
 ];
 
 /// Objects that every machine has, which `printer` is gone through with.
-pub(super) const NAMES: usize = 11;
+pub(super) const NAMES: usize = 12;
 
 /// Numbers by axis: X Y Z E.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,9 +101,12 @@ pub(super) enum Thing {
     /// An object with a state, and which of its kind it is.
     Status(Kind, u8),
     Vector(Vector),
+    /// The objects of the print, as a list.
+    PrintObjects,
+    PrintObject(u8),
 }
 
-const STATUS: [Kind; 21] = [
+const STATUS: [Kind; 22] = [
     Kind::Toolhead,
     Kind::Move,
     Kind::LiveMotion,
@@ -122,6 +128,7 @@ const STATUS: [Kind; 21] = [
     Kind::Display,
     Kind::Filament,
     Kind::Host,
+    Kind::Print,
 ];
 const VECTORS: [Vector; 6] =
     [Vector::Least, Vector::Greatest, Vector::Position, Vector::GcodePosition, Vector::Origin, Vector::Live];
@@ -142,6 +149,8 @@ impl Thing {
             8 => Self::Saved,
             9 => Self::SavedVariables,
             10 => Self::Status(kind(id >> 8), (id >> 16) as u8),
+            12 => Self::PrintObjects,
+            13 => Self::PrintObject((id >> 8) as u8),
             11 => Self::Vector(VECTORS.get((id >> 8) as usize).copied().unwrap_or(Vector::Position)),
             _ => Self::Printer,
         }
@@ -162,6 +171,8 @@ impl Thing {
             Self::SavedVariables => 9,
             Self::Status(kind, instance) => 10 | (kind as u32) << 8 | (instance as u32) << 16,
             Self::Vector(which) => 11 | (which as u32) << 8,
+            Self::PrintObjects => 12,
+            Self::PrintObject(place) => 13 | (place as u32) << 8,
         };
         Given::Object(Object { id, kind: kind_of(self) })
     }

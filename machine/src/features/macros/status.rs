@@ -5,6 +5,7 @@ use core::fmt::{self, Write as _};
 use ::macros::Given;
 use base::ports::{Clock as _, HeatPort as _, MotionPort as _};
 use base::snapshot::{HeaterShown, JobEnd, JobShown};
+use jobs::player::ObjectShown;
 use program::State;
 use units::Axis;
 
@@ -80,6 +81,7 @@ pub(super) fn value<'t, 'c, H: MacroHands<'c>>(
         Kind::Host => (name == "state").then_some(Given::Text("ready")),
         Kind::Endstops if name == "last_query" => endstops(look),
         Kind::Heaters => heaters(look, name),
+        Kind::Print => print(look, name),
         Kind::Endstops => None,
     }
 }
@@ -297,4 +299,54 @@ fn heaters<'t, 'c, H: MacroHands<'c>>(look: &'t mut Look<'_, 'c, H>, name: &str)
     };
     let heaters = &look.snapshot.heaters;
     look.write(format_args!("{}", List(heaters, all)), Given::Literal)
+}
+
+/// Gives a member of `printer.exclude_object`: objects of the print, with the rectangles around them.
+fn print<'t, 'c, H: MacroHands<'c>>(look: &'t mut Look<'_, 'c, H>, name: &str) -> Option<Given<'t>> {
+    let Seen { jobs, macros, .. } = look.hands.seen();
+    match name {
+        "objects" => Some(Thing::PrintObjects.given()),
+        "current_object" => match jobs.objects.current().and_then(|place| jobs.objects.shown(place)) {
+            Some(object) => {
+                macros.memory.text.fill(object.name.bytes());
+                look.read_text(Given::Text)
+            }
+            None => Some(Given::None),
+        },
+        "excluded_objects" => {
+            let text = &mut *macros.memory.text;
+            text.fill("[".bytes());
+            for object in (0..).map_while(|place| jobs.objects.shown(place)).filter(|object| object.is_left_out) {
+                // A text that does not fit is seen by its length.
+                let _ = fmt::Write::write_fmt(text, format_args!("{:?},", object.name));
+            }
+            text.push(b']');
+            look.read_text(Given::Literal)
+        }
+        _ => None,
+    }
+}
+
+/// Gives a member of an object of the print.
+pub(super) fn print_object<'t, 'c, H: MacroHands<'c>>(
+    look: &'t mut Look<'_, 'c, H>,
+    place: u8,
+    name: &str,
+) -> Option<Given<'t>> {
+    let Seen { jobs, macros, .. } = look.hands.seen();
+    let ObjectShown { name: own, outline, .. } = jobs.objects.shown(usize::from(place))?;
+    if name == "name" {
+        macros.memory.text.fill(own.bytes());
+        return look.read_text(Given::Text);
+    }
+    let [left, near, right, far] = outline?;
+    match name {
+        "center" => look
+            .write(format_args!("[{:?},{:?}]", f32::midpoint(left, right), f32::midpoint(near, far)), Given::Literal),
+        "polygon" => look.write(
+            format_args!("[[{left:?},{near:?}],[{right:?},{near:?}],[{right:?},{far:?}],[{left:?},{far:?}]]"),
+            Given::Literal,
+        ),
+        _ => None,
+    }
 }

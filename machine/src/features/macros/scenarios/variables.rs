@@ -119,3 +119,24 @@ fn modes_are_kept_by_names() {
     assert!(said.contains("E:10.0"), "the extruder counts on from where it was: {said}");
     assert!(bench.say("RESTORE_GCODE_STATE NAME=three").contains("no state is kept as three"));
 }
+
+#[test]
+fn objects_of_the_print_are_seen_with_their_outlines() {
+    let text = "[extruder]\nnozzle_diameter: 0.5\n[gcode_macro AREA]\ngcode:\n \
+                {% set all = printer.exclude_object.objects | map(attribute='polygon') | sum(start=[]) %}\n \
+                RESPOND MSG=\"{all | map(attribute=0) | min | default(-1)} {all | map(attribute=1) | max | default(-1)}\"\n \
+                {% for object in printer.exclude_object.objects %}\n \
+                RESPOND MSG=\"{object.name} at {object.center[0]}\"\n {% endfor %}\n \
+                RESPOND MSG=\"{printer.exclude_object.current_object} of {printer.exclude_object.excluded_objects}\"\n \
+                RESPOND MSG=\"{printer.configfile.settings.extruder.max_extrude_cross_section}\"\n";
+    let mut bench = super::with(text).start();
+    assert_eq!(bench.say("AREA"), "echo: -1 -1\necho: None of []\necho: 1.0\nok\n");
+    bench.run(&[
+        "EXCLUDE_OBJECT_DEFINE NAME=A POLYGON=[[10,20],[30,20],[30,50]]",
+        "EXCLUDE_OBJECT_DEFINE NAME=B POLYGON=[[60,5],[70,8]]",
+        "EXCLUDE_OBJECT_START NAME=A",
+    ]);
+    bench.say("EXCLUDE_OBJECT NAME=B");
+    let said = "echo: 10.0 50.0\necho: A at 20.0\necho: B at 65.0\necho: A of ['B']\necho: 1.0\nok\n";
+    assert_eq!(bench.say("AREA"), said);
+}
