@@ -65,7 +65,7 @@ fn orcaslicer_for_klipper() {
     let outline = "[50.5,50.5],".repeat(60);
     let (bench, heard) = printed(&ORCA.replace("POLYGON=[", &format!("POLYGON=[{outline}")));
     assert_said(&heard, "// NOTE the file is read as Klipper's, as it says");
-    assert_said(&heard, "all done, really");
+    assert_said(&heard, "echo: all done, really");
     assert_said(&heard, "// NOTE not carried out: M73 2x, SET_PRINT_STATS_INFO 3x, TIMELAPSE_* 2x, M106 1x");
     assert_near(bench.carriage(Gamma), 0.2 + 0.05 + 1.0, "z, shifted and lifted");
     assert_near(bench.carriage(Delta), 1.4 - 0.5, "filament: E is a distance while G91 holds");
