@@ -1,7 +1,8 @@
 //! Klipper's extended commands: `SET_VELOCITY_LIMIT ACCEL=3000`, a word and `KEY=VALUE` parameters.
 //!
-//! Values may stand in quotes, which may hold blanks and `;`. `;` and `#` begin a comment
-//! (Klipper, "G-Codes", section "G-Code commands").
+//! Values may stand in double or single quotes, which may hold blanks, `;` and quotes of the other kind. `;`
+//! and `#` begin a comment (Klipper, "G-Codes", section "G-Code commands"). An apostrophe within a value is
+//! none of these.
 
 /// Whether the line's first word begins a command by name instead of a code: letters, digits and underscores,
 /// the second of which is no digit.
@@ -31,7 +32,7 @@ impl<'a> Extended<'a> {
     /// Reads a command from a line without number and checksum, in upper or lower case.
     #[must_use]
     pub fn new(text: &'a str) -> Self {
-        let text = text.get(..comment(text)).unwrap_or(text).trim();
+        let text = text.get(..position_outside(text, [b';', b'#'])).unwrap_or(text).trim();
         let end = word_end(text.as_bytes()).unwrap_or(text.len());
         let (name, rest) = text.split_at(end);
         Self { text, name, rest: rest.trim() }
@@ -74,14 +75,32 @@ impl<'a> Extended<'a> {
     }
 }
 
-/// Returns the beginning of a comment, or the end of the text.
-fn comment(text: &str) -> usize {
-    let mut quoted = false;
-    let begins = |byte: u8| {
-        quoted ^= byte == b'"';
-        matches!(byte, b';' | b'#') && !quoted
-    };
-    text.bytes().position(begins).unwrap_or(text.len())
+/// Quotes of a text that is gone through byte by byte.
+#[derive(Default)]
+struct Quotes {
+    open: Option<u8>,
+    before: u8,
+}
+
+impl Quotes {
+    /// Takes the next byte. Returns whether it stands in quotes.
+    fn hold(&mut self, byte: u8) -> bool {
+        let opens = byte == b'"' || byte == b'\'' && self.before == b'=';
+        self.open = match self.open {
+            Some(quote) if quote == byte => None,
+            None if opens => Some(byte),
+            open => open,
+        };
+        self.before = byte;
+        self.open.is_some()
+    }
+}
+
+/// Returns the place of the first of these bytes outside quotes, or the end of the text.
+#[inline(never)]
+fn position_outside(text: &str, bytes: [u8; 2]) -> usize {
+    let mut quotes = Quotes::default();
+    text.bytes().position(|byte| !quotes.hold(byte) && bytes.contains(&byte)).unwrap_or(text.len())
 }
 
 /// The parameters of a command.
@@ -98,17 +117,12 @@ impl<'a> Iterator for KeyValues<'a> {
         if text.is_empty() {
             return None;
         }
-        let mut quoted = false;
-        let ends = |byte: u8| {
-            quoted ^= byte == b'"';
-            matches!(byte, b' ' | b'\t') && !quoted
-        };
-        let end = text.bytes().position(ends).unwrap_or(text.len());
-        let (parameter, rest) = text.split_at(end);
+        let (parameter, rest) = text.split_at(position_outside(text, [b' ', b'\t']));
         self.rest = rest;
         let (key, value) = parameter.split_once('=').unwrap_or((parameter, ""));
-        let unquoted = value.strip_prefix('"').map(|value| value.strip_suffix('"').unwrap_or(value));
-        Some((key, unquoted.unwrap_or(value)))
+        let quote = value.chars().next().filter(|first| matches!(first, '"' | '\''));
+        let inner = quote.and_then(|quote| Some((quote, value.strip_prefix(quote)?)));
+        Some((key, inner.map_or(value, |(quote, inner)| inner.strip_suffix(quote).unwrap_or(inner))))
     }
 }
 
@@ -127,6 +141,15 @@ mod tests {
         for line in ["", "G", "G1 X2", "X Y", "T0", "M117 HELLO", "Z-5", "O100 SUB", "#1=5", "GX=5", "XY-5", "G(x)"] {
             assert!(!is_extended(line.as_bytes()), "{line}");
         }
+    }
+
+    #[test]
+    fn single_quotes_hold_double_ones_and_an_apostrophe_is_none() {
+        let command = Extended::new("RESPOND TYPE=echo MSG='\"extruder\" is cold; wait' NAME=John's X=1 ; Y=2");
+        assert_eq!(command.get("MSG"), Some("\"extruder\" is cold; wait"));
+        assert_eq!((command.get("NAME"), command.get("X"), command.get("Y")), (Some("John's"), Some("1"), None));
+        assert_eq!(Extended::new("A B=\"it's\" C=3").get("B"), Some("it's"));
+        assert_eq!(Extended::new("A B='open c").get("B"), Some("open c"));
     }
 
     #[test]
