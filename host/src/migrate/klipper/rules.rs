@@ -80,7 +80,7 @@ const RULES: &[(&str, Rule)] = &[
     ("manual_stepper", motors::extra),
     ("gcode_macro", features::kept),
     ("delayed_gcode", features::kept),
-    ("homing_override", features::kept),
+    ("homing_override", features::homing),
     ("idle_timeout", features::kept),
     ("save_variables", features::variables),
 ];

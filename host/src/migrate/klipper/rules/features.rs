@@ -6,6 +6,10 @@ use super::super::source::{numbers, truth};
 use super::super::wiring::Role;
 use super::table::{Change, NUMBER, Rule, apply};
 
+/// Rule of templates that a filament sensor runs in Klipper.
+const NO_TEMPLATE: Rule =
+    Rule::Refused("templates of filament sensors are not carried out", "[player] after_suspend_gcode");
+
 /// Shapers that Velvet has, by Klipper's names.
 const SHAPERS: [&str; 6] = ["zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei"];
 
@@ -122,8 +126,8 @@ pub fn filament(m: &mut Migration<'_>, section: usize) {
     }
     let rows: &[(&str, Rule)] = &[
         ("pause_on_runout", Rule::Only("true", "a job without filament is always suspended", "M405, M406")),
-        ("runout_gcode", Rule::Kept),
-        ("insert_gcode", Rule::Kept),
+        ("runout_gcode", NO_TEMPLATE),
+        ("insert_gcode", NO_TEMPLATE),
         ("event_delay", Rule::Needless("a job is suspended once")),
         ("pause_delay", Rule::Needless("a job is suspended once")),
         ("debounce_delay", Rule::Needless("contacts may bounce")),
@@ -158,8 +162,8 @@ pub fn width(m: &mut Migration<'_>, section: usize) {
         ("logging", Rule::To(WIDTH, "log", Change::Truth)),
         ("measurement_interval", Rule::Needless("every piece is measured")),
         ("pause_on_runout", Rule::Needless("min_diameter suspends")),
-        ("runout_gcode", Rule::Kept),
-        ("insert_gcode", Rule::Kept),
+        ("runout_gcode", NO_TEMPLATE),
+        ("insert_gcode", NO_TEMPLATE),
         ("event_delay", Rule::Needless("a job is suspended once")),
         ("pause_delay", Rule::Needless("a job is suspended once")),
     ];
@@ -177,6 +181,13 @@ pub fn skew(m: &mut Migration<'_>, section: usize) {
         }
     }
     m.judge_rest(section, &Verdict::new(Class::Converted, "[skew correction]"));
+}
+
+/// Refuses `[homing_override]`, and says so where a person reads it first: G28 homes otherwise than before.
+pub fn homing(m: &mut Migration<'_>, section: usize) {
+    m.ask("[homing_override]: G28 homes without it; write a [gcode_macro G28] with rename_existing: G28.9".to_owned());
+    let why = "its template is not carried out: G28 homes as [endstops] say";
+    m.judge_rest(section, &Verdict::refused(why, "[gcode_macro G28] with rename_existing"));
 }
 
 /// Keeps a whole section in printer.cfg.

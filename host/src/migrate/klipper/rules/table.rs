@@ -1,7 +1,7 @@
 //! Rules for the options of a section that need no thought: one line each.
 
 use super::super::account::{Class, Verdict};
-use super::super::migration::{KEPT, Migration, text};
+use super::super::migration::{Migration, text};
 use super::super::source::truth;
 
 /// Rule for one option.
@@ -15,8 +15,6 @@ pub enum Rule {
     Refused(&'static str, &'static str),
     /// Says what Velvet does anyway; any other value is refused with the reason and the nearest thing.
     Only(&'static str, &'static str, &'static str),
-    /// Stays in printer.cfg, which the board reads.
-    Kept,
 }
 
 /// Change of a value on its way.
@@ -49,7 +47,6 @@ pub fn apply(m: &mut Migration<'_>, section: usize, instance: &str, rows: &[(&st
                 true => m.judge(section, option, Verdict::new(Class::Converted, "Velvet does so anyway")),
                 false => m.refuse(section, option, why, nearest),
             },
-            Rule::Kept => m.judge(section, option, Verdict::kept(KEPT)),
         }
     }
 }
