@@ -8,8 +8,8 @@ const RCC_CFGR: u64 = 0x5802_4410;
 const SW: u64 = 0b111;
 const HSI: u64 = 0b000;
 const PLL: u64 = 0b011;
-/// Time limit for the image under test, with which a full flash is over as well. The digest takes 61 instructions a byte:
-/// a faster one (38) is 6.6 kB longer, in the image as well.
+/// Time limit for the image under test, with which a full flash is over as well. The digest takes 61
+/// instructions a byte: a faster one (38) is 6.6 kB longer, in the image as well.
 const LIMIT_NS: u64 = 275 * MS;
 
 /// The limit counts instructions, one a cycle: on silicon the digest of an image takes about as many cycles
