@@ -2,7 +2,7 @@
 //!
 //! Values may stand in double or single quotes, which may hold blanks, `;` and quotes of the other kind. `;`
 //! and `#` begin a comment (Klipper, "G-Codes", section "G-Code commands"). An apostrophe within a value is
-//! none of these.
+//! part of the value.
 
 /// Whether the line's first word begins a command by name instead of a code: letters, digits and underscores,
 /// the second of which is no digit.

@@ -64,8 +64,8 @@ pub struct PowerCurve {
 /// Properties of a laser.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaserConfig {
-    /// Ticks by which the output goes up later than the power of the path does, 20 ms at most. Negative ones
-    /// (earlier) are refused for now: the motors would have to wait for the laser.
+    /// Ticks by which the output goes up later than the power of the path does, 20 ms at most; never earlier,
+    /// as the motors would have to wait for the laser.
     pub on_delay: i32,
     /// Ticks by which the output goes down later than the power of the path does, likewise.
     pub off_delay: i32,

@@ -10,9 +10,9 @@ use crate::store::Scratch;
 pub enum Setting {
     /// A truth value, `True` or `False`.
     Bool(bool),
-    /// A whole number.
+    /// A whole number, as Python's int.
     Int(i64),
-    /// A real number.
+    /// A number with a fraction, as Python's float.
     Float(f64),
     /// A list of numbers: the text has become a literal of them.
     List,

@@ -42,7 +42,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// An empty text.
+    /// Makes a text without any byte.
     #[must_use]
     pub const fn new() -> Self {
         Self { bytes: [0; SCRATCH], len: 0, is_cut: false }

@@ -161,7 +161,7 @@ moments! {
     any owns_console_line(machine: &M, line: &str, to: Recipient) -> bool;
     /// Runs a console's line of the feature's own.
     first run_console_line(machine: &mut M, line: &str, to: Recipient) -> Option<Outcome>;
-    /// Refuses the codes of a session for now. True: that was said.
+    /// Refuses the codes of a session while the feature is at work. True: that was said.
     any refuse_codes(machine: &mut M, to: Recipient) -> bool;
     /// Acts before a line of a session is carried out.
     all session_line_begins(machine: &mut M);

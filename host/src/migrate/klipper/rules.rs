@@ -1,4 +1,5 @@
-//! What becomes of each kind of section. The order matters where one looks at what another has made.
+//! Rules for each kind of section of a printer.cfg. Their order matters where one uses the results of
+//! another.
 
 mod drivers;
 mod endstops;

@@ -1,4 +1,4 @@
-//! What a macro sees while it is rendered: its variables and parameters, the configuration's text, the
+//! Values that a macro sees while it is rendered: its variables and parameters, the configuration's text, the
 //! machine. Everything is looked up when it is asked for; nothing else happens meanwhile, so it is as it was
 //! when the macro was called.
 

@@ -1,4 +1,4 @@
-//! What lies between bed and gantry: meshes, screws, Z motors, twist, skew, frames that grow.
+//! Rules of sections about bed and gantry: meshes, screws, Z motors, twist, skew, frames that grow.
 
 use super::super::account::{Class, Verdict};
 use super::super::migration::{Migration, text};
