@@ -180,6 +180,12 @@ impl Filament {
         (self.command, self.has_asked) = (false, false);
     }
 
+    /// Whether the detector counts: M405 has not switched it off.
+    #[must_use]
+    pub const fn is_on(&self) -> bool {
+        !self.off
+    }
+
     /// Returns the fault because of which no job can go on, if any.
     #[must_use]
     pub fn is_missing(&self, config: &MachineConfig) -> Option<Trouble> {

@@ -46,6 +46,14 @@ pub(super) fn save<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>) 
     Ok(Answer::Ok)
 }
 
+/// Reads a parameter that is a number, if it is there.
+fn number(command: &Extended<'_>, key: &str) -> Result<Option<f64>, Failure> {
+    let Some(text) = command.get(key) else { return Ok(None) };
+    gcode::read_f64(text.trim())
+        .map(Some)
+        .ok_or(Failure::refused(&"RESTORE_GCODE_STATE: MOVE and MOVE_SPEED are numbers"))
+}
+
 /// Comes back to the modes of a name; before that, with MOVE=1, to the place, and the extruder counts on from
 /// where it was, as in Klipper.
 pub(super) fn restore<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, to: Recipient) -> Outcome {
@@ -54,8 +62,8 @@ pub(super) fn restore<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_
     let Some(Kept { modes, at: [x, y, z], extruder, name }) = found else {
         return Err(hands.world().texts.refused(format_args!("RESTORE_GCODE_STATE: no state is kept as {name}")));
     };
-    let number = |key| command.get(key).and_then(|text| gcode::read_f64(text.trim()));
-    let moves = number("MOVE").is_some_and(|moves| moves != 0.0);
+    let (moves, speed) = (number(command, "MOVE")?, number(command, "MOVE_SPEED")?);
+    let moves = moves.is_some_and(|moves| moves != 0.0);
     let (_, now) = here(hands);
     if command.get(IS_THERE).is_some() || !moves && now == extruder {
         program::come_back_to_modes(hands.program(), &modes);
@@ -64,7 +72,7 @@ pub(super) fn restore<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_
     // The lines come back here once they have been carried out.
     let (mut lines, mut last) = (String::<160>::new(), String::<80>::new());
     if moves {
-        let rate = number("MOVE_SPEED").map_or(hands.program().modal().feed_rate.0, |speed| speed) * 60.0;
+        let rate = speed.unwrap_or(hands.program().modal().feed_rate.0) * 60.0;
         let _ = write!(lines, "G21\nG90\nG53 G1 X{x} Y{y} Z{z} F{rate}\n");
     }
     if now != extruder {

@@ -258,7 +258,6 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
             Thing::Configfile => match name {
                 "settings" => Some(Thing::Settings(true).given()),
                 "config" => Some(Thing::Settings(false).given()),
-                "save_config_pending" => Some(Given::Bool(false)),
                 _ => None,
             },
             Thing::Settings(is_read) => store.section(name).map(|section| Thing::Options(section, is_read).given()),

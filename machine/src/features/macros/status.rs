@@ -69,15 +69,11 @@ pub(super) fn value<'t, 'c, H: MacroHands<'c>>(
             let Seen { filament, world, .. } = look.hands.seen();
             match name {
                 "filament_detected" => Some(Given::Bool(filament.is_missing(world.config).is_none())),
-                "enabled" => Some(Given::Bool(world.config.filament_detector.enable)),
+                "enabled" => Some(Given::Bool(filament.is_on())),
                 _ => None,
             }
         }
-        Kind::Display => match name {
-            "progress" => Some(Given::Float(progress(snapshot.job.as_ref()))),
-            "message" => Some(Given::None),
-            _ => None,
-        },
+        Kind::Display => (name == "progress").then(|| Given::Float(progress(snapshot.job.as_ref()))),
         Kind::Host => (name == "state").then_some(Given::Text("ready")),
         Kind::Endstops if name == "last_query" => endstops(look),
         Kind::Heaters => heaters(look, name),
@@ -108,7 +104,6 @@ fn toolhead<'t, 'c, H: MacroHands<'c>>(look: &'t mut Look<'_, 'c, H>, name: &str
         }
         "minimum_cruise_ratio" => limits(|limits| limits.cruise_ratio, &mut world.ports).map(Given::Float),
         "print_time" | "estimated_print_time" => Some(Given::Float(world.ports.now().0 as f64 / 1e6)),
-        "stalls" => Some(Given::Int(0)),
         _ => None,
     }
 }

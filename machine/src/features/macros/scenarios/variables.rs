@@ -118,6 +118,25 @@ fn modes_are_kept_by_names() {
     let said = bench.say("M114");
     assert!(said.contains("E:10.0"), "the extruder counts on from where it was: {said}");
     assert!(bench.say("RESTORE_GCODE_STATE NAME=three").contains("no state is kept as three"));
+    for wrong in ["MOVE=yes", "MOVE=1 MOVE_SPEED=fast"] {
+        let said = bench.say(&format!("RESTORE_GCODE_STATE NAME=one {wrong}"));
+        assert!(said.starts_with("error:") && said.contains("MOVE and MOVE_SPEED are numbers"), "{said}");
+    }
+}
+
+#[test]
+fn the_filament_detector_is_seen_with_its_switch() {
+    let text = "[gcode_macro TELL]\ngcode:\n {% set sensor = printer['filament_switch_sensor runout'] %}\n \
+                RESPOND MSG=\"{sensor.enabled} {sensor.filament_detected}\"\n";
+    let detector = "\n[filament detector]\nenable = true\ndetector_pin = PB7^\n";
+    let mut bench = with(text).adding(detector).start();
+    assert_eq!(bench.say("TELL"), "echo: True True\nok\n");
+    let at_ns = (bench.now_s() * 1e9) as u64;
+    bench.world(|world| world.press(at_ns, "filament", true)).expect("an input of this machine");
+    bench.hear(2.0);
+    assert_eq!(bench.say("TELL"), "echo: True False\nok\n");
+    bench.say("SET_FILAMENT_SENSOR SENSOR=runout ENABLE=0");
+    assert_eq!(bench.say("TELL"), "echo: False True\nok\n");
 }
 
 #[test]
