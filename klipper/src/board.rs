@@ -1,0 +1,147 @@
+//! The board as the controller asks for it: pins by number, converters, buses, the step clock.
+//!
+//! Pins have the numbers of the dictionary: sixteen to a port, PA0 is 0, PK15 is 175, and above them what has
+//! no digital side ([`PAD_PA0_C`], [`CHIP_TEMPERATURE`]).
+
+/// Number of the pad PA0_C, an analog input that is no digital pin: the thermistor on the board.
+pub const PAD_PA0_C: u32 = 253;
+/// Number of the chip's temperature sensor, as Klipper's firmware has it.
+pub const CHIP_TEMPERATURE: u32 = 254;
+/// Greatest value of one conversion.
+pub const ADC_MAX: u16 = 4095;
+/// Value of hardware PWM that is always on.
+pub const PWM_MAX: u16 = 32_768;
+
+/// Resistor of an input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pull {
+    /// To 3.3 V.
+    Up,
+    /// To ground.
+    Down,
+    /// None.
+    None,
+}
+
+/// A digital output that has been claimed.
+pub trait Output {
+    /// Drives the pin.
+    fn set(&mut self, high: bool);
+}
+
+/// A digital input that has been claimed.
+pub trait Input {
+    /// Returns the level of the pin.
+    fn is_high(&self) -> bool;
+}
+
+/// A chip on an SPI bus, with its select line.
+pub trait Spi {
+    /// Selects the chip, exchanges the bytes in place, and deselects it. A bus that does not answer leaves
+    /// zeros.
+    fn exchange(&mut self, bytes: &mut [u8]);
+}
+
+/// Settings of a chip on an SPI bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SpiSettings {
+    /// Number of the select pin; `None` for a chip that is always selected.
+    pub select: Option<u32>,
+    /// The chip is selected by a high level.
+    pub active_high: bool,
+    /// Number of the bus in the dictionary's enumeration `spi_bus`.
+    pub bus: u32,
+    /// SPI mode, 0 to 3.
+    pub mode: u8,
+    /// Greatest rate of the clock, Hz.
+    pub rate_hz: u32,
+}
+
+/// Pins and timing of a motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MotorSettings {
+    /// Number of the step pin.
+    pub step_pin: u32,
+    /// Number of the direction pin; it is low for direction 0.
+    pub dir_pin: u32,
+    /// How the driver takes steps.
+    pub edge: StepEdge,
+    /// Least length of a pulse, and least time between a step and a turn, ticks.
+    pub pulse_ticks: u32,
+}
+
+/// How a driver takes steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepEdge {
+    /// At a rising edge: pulses are high.
+    Rising,
+    /// At a falling edge: pulses are low.
+    Falling,
+    /// At each edge.
+    Both,
+}
+
+/// What the controller asks of the board. A pin can be claimed once; whoever is refused gets `None`, and the
+/// host is told that the pin is not valid.
+pub trait Board {
+    /// A claimed output.
+    type Output: Output;
+    /// A claimed input.
+    type Input: Input;
+    /// A claimed analog input.
+    type Analog: Copy;
+    /// A claimed channel of hardware PWM.
+    type Pwm: Copy;
+    /// A chip on an SPI bus.
+    type Spi: Spi;
+
+    /// Returns the low half of the step clock, in ticks of 5 ns.
+    fn clock(&self) -> u32;
+
+    /// Returns how often the low half has turned over.
+    fn clock_turns(&self) -> u32;
+
+    /// Makes a pin an output of this level.
+    fn output(&mut self, pin: u32, high: bool) -> Option<Self::Output>;
+
+    /// Makes a pin an input.
+    fn input(&mut self, pin: u32, pull: Pull) -> Option<Self::Input>;
+
+    /// Makes a pin an analog input. Conversions begin with [`Board::begin`].
+    fn analog(&mut self, pin: u32) -> Option<Self::Analog>;
+
+    /// Returns the latest conversion of an analog input, 0 to [`ADC_MAX`]; `None` before there is one, or when
+    /// the converter has stopped.
+    fn read_analog(&mut self, input: Self::Analog) -> Option<u16>;
+
+    /// Claims a pin of hardware PWM with this period. All pins of one timer have one period.
+    ///
+    /// # Errors
+    /// The reason why it cannot.
+    fn pwm(&mut self, pin: u32, cycle_ticks: u32, value: u16) -> Result<Self::Pwm, crate::Reason>;
+
+    /// Sets a channel of hardware PWM, 0 to [`PWM_MAX`].
+    fn set_pwm(&mut self, channel: Self::Pwm, value: u16);
+
+    /// Claims step and direction pin of motor `index`, both at rest.
+    fn motor(&mut self, index: usize, settings: MotorSettings) -> Option<()>;
+
+    /// Makes a chip on an SPI bus.
+    ///
+    /// # Errors
+    /// The reason why it cannot.
+    fn spi(&mut self, settings: SpiSettings) -> Result<Self::Spi, crate::Reason>;
+
+    /// The configuration is whole: starts the conversions of all analog inputs, gives the step interrupt its
+    /// motors, and the MOSFET outputs their supply.
+    fn begin(&mut self);
+
+    /// Cuts or gives the supply of the MOSFET outputs.
+    fn power_outputs(&mut self, on: bool);
+
+    /// Reads a word of the chip's read-only memory, of 1, 2 or 4 bytes; `None` for any other address.
+    fn read_factory(&self, bytes: u8, address: u32) -> Option<u32>;
+
+    /// Has the step interrupt look at the step queue.
+    fn wake_steps(&self);
+}
