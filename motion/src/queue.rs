@@ -186,7 +186,7 @@ impl StepQueue {
 
     /// A writer for so many events at most: they are published together when it is dropped.
     #[must_use]
-    pub(crate) fn writer(&self, most: u32) -> Writer<'_> {
+    pub fn writer(&self, most: u32) -> Writer<'_> {
         let room = (self.free() as u32).min(most);
         Writer { queue: self, written: self.written.load(Ordering::Relaxed), room }
     }
@@ -233,6 +233,23 @@ impl StepQueue {
     /// the queue is cut: then the interrupt does not write `played`.
     pub(crate) fn restart(&self) {
         self.played.store(self.written.load(Ordering::Relaxed), Ordering::Release);
+        self.cut.store(false, Ordering::SeqCst);
+    }
+
+    /// Drops those events that were not played and that `keeps` refuses, and lets the interrupt go on with
+    /// the rest. Only the feed may call this, and only while the queue is cut.
+    pub fn go_on_with(&self, mut keeps: impl FnMut(StepEvent) -> bool) {
+        let (played, written) = (self.played.load(Ordering::Relaxed), self.written.load(Ordering::Relaxed));
+        let (mut count, mut kept) = (played, played);
+        while count != written {
+            let event = self.event(count);
+            if keeps(event) {
+                self.slots[(kept & MASK) as usize].write(event);
+                kept = kept.wrapping_add(1);
+            }
+            count = count.wrapping_add(1);
+        }
+        self.written.store(kept, Ordering::Release);
         self.cut.store(false, Ordering::SeqCst);
     }
 
@@ -296,7 +313,7 @@ impl StepQueue {
 
 /// Appends many events at the cost of one publication.
 #[derive(Debug)]
-pub(crate) struct Writer<'a> {
+pub struct Writer<'a> {
     queue: &'a StepQueue,
     written: u32,
     room: u32,
@@ -340,6 +357,23 @@ mod tests {
         assert_eq!((seen, queue.len(), queue.front()), (5, 6, Some(StepEvent::step(4, Actuator::Alpha))));
         queue.cut();
         queue.play_on_this_core(|_| unreachable!("a cut queue plays nothing"));
+    }
+
+    #[test]
+    fn going_on_keeps_the_order_of_what_is_kept() {
+        let queue = StepQueue::new();
+        for at in 0..20 {
+            assert!(queue.push(StepEvent::step(at, if at % 3 == 0 { Actuator::Alpha } else { Actuator::Beta })));
+        }
+        queue.play_on_this_core(|event| event.at < 4);
+        queue.cut();
+        queue.go_on_with(|event| event.motor() == Actuator::Beta as usize);
+        let mut seen = Vec::new();
+        queue.play_on_this_core(|event| {
+            seen.push(event.at);
+            true
+        });
+        assert_eq!(seen, [4, 5, 7, 8, 10, 11, 13, 14, 16, 17, 19]);
     }
 
     #[test]
