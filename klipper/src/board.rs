@@ -3,29 +3,22 @@
 //! Pins have the numbers of the dictionary: sixteen to a port, PA0 is 0, PK15 is 175, and above them what has
 //! no digital side ([`PAD_PA0_C`], [`CHIP_TEMPERATURE`]).
 
-/// Number of the pad PA0_C, an analog input that is no digital pin: the thermistor on the board.
-pub const PAD_PA0_C: u32 = 253;
-/// Number of the chip's temperature sensor, as Klipper's firmware has it.
-pub const CHIP_TEMPERATURE: u32 = 254;
-/// Greatest value of one conversion.
-pub const ADC_MAX: u16 = 4095;
-/// Value of hardware PWM that is always on.
-pub const PWM_MAX: u16 = 32_768;
+pub use crate::numbers::{ADC_MAX, CHIP_TEMPERATURE, PAD_PA0_C, PWM_MAX};
 
 /// Resistor of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pull {
-    /// To 3.3 V.
+    /// A resistor to 3.3 V.
     Up,
-    /// To ground.
+    /// A resistor to ground.
     Down,
-    /// None.
+    /// No resistor.
     None,
 }
 
 /// A digital output that has been claimed.
 pub trait Output {
-    /// Drives the pin.
+    /// Drives the pin to a level.
     fn set(&mut self, high: bool);
 }
 
@@ -64,29 +57,29 @@ pub struct MotorSettings {
     pub step_pin: u32,
     /// Number of the direction pin; it is low for direction 0.
     pub dir_pin: u32,
-    /// How the driver takes steps.
+    /// Edges at which the driver makes a step.
     pub edge: StepEdge,
     /// Least length of a pulse, and least time between a step and a turn, ticks.
     pub pulse_ticks: u32,
 }
 
-/// How a driver takes steps.
+/// Edges of the step pin at which a driver makes a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepEdge {
     /// At a rising edge: pulses are high.
     Rising,
     /// At a falling edge: pulses are low.
     Falling,
-    /// At each edge.
+    /// At each edge of the pin.
     Both,
 }
 
-/// What the controller asks of the board. A pin can be claimed once; whoever is refused gets `None`, and the
-/// host is told that the pin is not valid.
+/// The board, as far as the controller needs it. A pin can be claimed once; whoever is refused gets `None`,
+/// and the host is told that the pin is not valid.
 pub trait Board {
-    /// A claimed output.
+    /// Handle of an output pin.
     type Output: Output;
-    /// A claimed input.
+    /// Handle of an input pin.
     type Input: Input;
     /// A claimed analog input.
     type Analog: Copy;
@@ -110,8 +103,8 @@ pub trait Board {
     /// Makes a pin an analog input. Conversions begin with [`Board::begin`].
     fn analog(&mut self, pin: u32) -> Option<Self::Analog>;
 
-    /// Returns the latest conversion of an analog input, 0 to [`ADC_MAX`]; `None` before there is one, or when
-    /// the converter has stopped.
+    /// Returns the latest conversion of an analog input, 0 to [`ADC_MAX`]; `None` before there is one, or
+    /// when the converter has stopped.
     fn read_analog(&mut self, input: Self::Analog) -> Option<u16>;
 
     /// Claims a pin of hardware PWM with this period. All pins of one timer have one period.
