@@ -1,0 +1,321 @@
+//! Motors: the host's moves to events of the step queue.
+//!
+//! A move is a number of steps whose distances change by the same amount: step k of it falls at
+//! `last + k interval + add k (k - 1) / 2`, modulo 2^32. Steps are written ahead of time in the order of
+//! their times, for all motors together; a trigger cuts the queue, and what other motors had in it is put
+//! back.
+
+use motion::queue::{StepEvent, StepQueue};
+use units::{Actuator, Direction, MAX_ACTUATORS};
+
+use crate::board::{Board, MotorSettings};
+use crate::moves::{Move, Pool, Queue};
+use crate::reason::Reason;
+
+/// Time ahead for which events are written: 0.5 ms.
+const HORIZON: u32 = 100_000;
+/// A motor at rest begins at this time from now at the earliest, so that nothing that has been written comes
+/// after its first event: the horizon, and what a direction is set ahead of a step. Hosts keep 100 ms.
+const LEAST_LEAD: u32 = HORIZON + 4 * TURN_AHEAD;
+/// A direction is set so long before the step, if there is room: 2 us.
+const TURN_AHEAD: u32 = 400;
+/// Time until the queue is looked at again when it was full: the time in which the fastest motors empty a
+/// quarter of it.
+const FULL_WAIT: u32 = 10_000;
+
+/// Steps of the move that is under way, and what is known of a motor.
+#[derive(Debug)]
+struct Stepper {
+    /// Time of the last step, or of the last `reset_step_clock`.
+    last: u32,
+    /// Time of the next event.
+    next: u32,
+    /// Time of the step behind a turn.
+    step_behind: u32,
+    interval: u32,
+    add: u32,
+    /// Steps of the move that are still to be written. Zero: the motor is at rest.
+    count: u32,
+    /// The next event is a turn.
+    turns: bool,
+    /// Direction of the pin behind all that is written. The pin is low at first.
+    direction: bool,
+    /// Direction of the moves to come.
+    direction_to_come: bool,
+    /// After a trigger moves are dropped until the host says when time begins anew.
+    needs_reset: bool,
+    /// Steps written, those of direction 1 less those of direction 0.
+    position: i32,
+    pulse_ticks: u32,
+    queue: Queue,
+}
+
+impl Stepper {
+    const fn new(pulse_ticks: u32) -> Self {
+        Self {
+            last: 0,
+            next: 0,
+            step_behind: 0,
+            interval: 0,
+            add: 0,
+            count: 0,
+            turns: false,
+            direction: false,
+            direction_to_come: false,
+            needs_reset: false,
+            position: 0,
+            pulse_ticks,
+            queue: Queue::EMPTY,
+        }
+    }
+
+    /// Begins the next move of the queue, if there is one.
+    #[inline(always)]
+    fn load(&mut self, pool: &mut Pool) -> bool {
+        let Some(queued) = pool.pop(&mut self.queue) else { return false };
+        self.begin(queued);
+        true
+    }
+
+    fn begin(&mut self, queued: Move) {
+        let direction = queued.flag != 0;
+        self.count = queued.value >> 16;
+        // The addend has sixteen bits and a sign.
+        self.add = queued.value as i16 as u32;
+        let step = self.last.wrapping_add(queued.time);
+        self.interval = queued.time.wrapping_add(self.add);
+        self.next = step;
+        self.turns = self.direction != direction;
+        if self.turns {
+            self.direction = direction;
+            self.step_behind = step;
+            self.next = step.wrapping_sub((queued.time / 2).min(self.pulse_ticks.max(TURN_AHEAD)));
+        }
+    }
+
+    const fn sign(&self) -> i32 {
+        if self.direction { 1 } else { -1 }
+    }
+}
+
+/// All motors, and the step queue, of which this is the only writer.
+pub struct Steppers {
+    list: heapless::Vec<Stepper, MAX_ACTUATORS>,
+    queue: &'static StepQueue,
+}
+
+/// Direction 0 is a low pin, which motion calls forward.
+const fn way(direction: bool) -> Direction {
+    if direction { Direction::Backward } else { Direction::Forward }
+}
+
+impl Steppers {
+    /// No motors yet, and a queue of which this is the only writer.
+    pub const fn new(queue: &'static StepQueue) -> Self {
+        Self { list: heapless::Vec::new(), queue }
+    }
+
+    /// Adds a motor. Returns its number.
+    ///
+    /// # Errors
+    /// The reason why it cannot.
+    pub fn add(&mut self, board: &mut impl Board, settings: MotorSettings) -> Result<u8, Reason> {
+        let number = self.list.len();
+        if number >= MAX_ACTUATORS {
+            return Err(Reason::TooManyMotors);
+        }
+        board.motor(number, settings).ok_or(Reason::NotAPin)?;
+        // There is room: see above.
+        let _added = self.list.push(Stepper::new(settings.pulse_ticks));
+        Ok(number as u8)
+    }
+
+    /// Queues steps of a motor, and begins with them if it is at rest.
+    ///
+    /// # Errors
+    /// No steps, no room, or steps that would come too late.
+    pub fn queue_steps(
+        &mut self,
+        motor: u8,
+        (interval, count, add): (u32, u32, u32),
+        pool: &mut Pool,
+        now: u32,
+    ) -> Result<(), Reason> {
+        let Some(stepper) = self.list.get_mut(usize::from(motor)) else { return Ok(()) };
+        let count = count & 0xFFFF;
+        if count == 0 {
+            return Err(Reason::InvalidCount);
+        }
+        if stepper.needs_reset {
+            return Ok(());
+        }
+        let flag = u16::from(stepper.direction_to_come);
+        let queued = Move { time: interval, value: count << 16 | add & 0xFFFF, flag };
+        if stepper.count > 0 {
+            return pool.push(&mut stepper.queue, queued).ok_or(Reason::MoveQueueOverflow);
+        }
+        let first = stepper.last.wrapping_add(interval);
+        if (first.wrapping_sub(now) as i32) < LEAST_LEAD as i32 {
+            return Err(Reason::TimerTooClose);
+        }
+        stepper.begin(queued);
+        Ok(())
+    }
+
+    /// Sets the direction of the moves to come.
+    pub fn set_direction(&mut self, motor: u8, direction: bool) {
+        if let Some(stepper) = self.list.get_mut(usize::from(motor)) {
+            stepper.direction_to_come = direction;
+        }
+    }
+
+    /// Sets the time that the next move's interval counts from.
+    ///
+    /// # Errors
+    /// The motor moves.
+    pub fn reset_clock(&mut self, motor: u8, clock: u32) -> Result<(), Reason> {
+        let Some(stepper) = self.list.get_mut(usize::from(motor)) else { return Ok(()) };
+        if stepper.count > 0 {
+            return Err(Reason::ResetWhileActive);
+        }
+        stepper.last = clock;
+        stepper.needs_reset = false;
+        Ok(())
+    }
+
+    /// Returns the steps that a motor has made, those of direction 1 less those of direction 0.
+    pub fn position(&self, motor: u8) -> i32 {
+        let Some(stepper) = self.list.get(usize::from(motor)) else { return 0 };
+        let mut ahead = Ahead::of(stepper);
+        for count in self.unplayed().rev() {
+            ahead.undo(self.queue.event(count), motor);
+        }
+        ahead.position
+    }
+
+    /// Counts of the events that wait to be played.
+    fn unplayed(&self) -> impl DoubleEndedIterator<Item = u32> + use<> {
+        let (played, length) = (self.queue.played(), self.queue.len() as u32);
+        (0..length).map(move |index| played.wrapping_add(index))
+    }
+
+    /// Stops motors at once, one bit each: what they had still to make is dropped, and moves to come are
+    /// dropped until [`Self::reset_clock`].
+    pub fn stop(&mut self, motors: u8, pool: &mut Pool) {
+        if motors == 0 {
+            return;
+        }
+        self.queue.cut();
+        for (number, stepper) in self.list.iter_mut().enumerate().filter(|(number, _)| motors & 1 << number != 0) {
+            let mut ahead = Ahead::of(stepper);
+            let (played, length) = (self.queue.played(), self.queue.len() as u32);
+            for index in (0..length).rev() {
+                ahead.undo(self.queue.event(played.wrapping_add(index)), number as u8);
+            }
+            stepper.position = ahead.position;
+            stepper.direction = ahead.direction;
+            stepper.count = 0;
+            stepper.needs_reset = true;
+            pool.clear(&mut stepper.queue);
+        }
+        self.queue.go_on_with(|event| motors & 1 << event.motor() == 0);
+    }
+
+    /// Stops all motors at once.
+    pub fn stop_all(&mut self, pool: &mut Pool) {
+        self.stop(((1_u16 << self.list.len()) - 1) as u8, pool);
+    }
+
+    /// Writes events up to the horizon. Returns in how many ticks it wants to write again; `None` when every
+    /// motor is at rest.
+    pub fn write(&mut self, now: u32, pool: &mut Pool) -> Option<u32> {
+        let Self { list, queue } = self;
+        let mut writer = queue.writer(u32::MAX);
+        loop {
+            // The motor whose event is next, how far that is, and how far the next one of another motor is.
+            let (mut first, mut distance, mut limit) = (usize::MAX, i32::MAX, HORIZON as i32);
+            for (number, stepper) in list.iter().enumerate() {
+                if stepper.count == 0 {
+                    continue;
+                }
+                let ahead = stepper.next.wrapping_sub(now) as i32;
+                if ahead < distance {
+                    limit = limit.min(distance);
+                    (first, distance) = (number, ahead);
+                } else {
+                    limit = limit.min(ahead);
+                }
+            }
+            let stepper = list.get_mut(first)?;
+            if distance > HORIZON as i32 {
+                return Some(distance as u32 - HORIZON / 2);
+            }
+            if !write_run(stepper, first, now, limit, pool, &mut writer) {
+                return Some(FULL_WAIT);
+            }
+        }
+    }
+}
+
+/// Writes a motor's events up to `limit` ticks from now. False when the queue is full.
+#[inline(always)]
+fn write_run(
+    stepper: &mut Stepper,
+    number: usize,
+    now: u32,
+    limit: i32,
+    pool: &mut Pool,
+    writer: &mut motion::queue::Writer<'_>,
+) -> bool {
+    let Some(actuator) = Actuator::from_index(number) else { return true };
+    loop {
+        if stepper.turns {
+            let event = StepEvent::turn(stepper.next, actuator, way(stepper.direction));
+            if !writer.push(event) {
+                return false;
+            }
+            stepper.turns = false;
+            stepper.next = stepper.step_behind;
+        } else {
+            if !writer.push(StepEvent::step(stepper.next, actuator)) {
+                return false;
+            }
+            stepper.position = stepper.position.wrapping_add(stepper.sign());
+            stepper.last = stepper.next;
+            stepper.count -= 1;
+            stepper.next = stepper.next.wrapping_add(stepper.interval);
+            stepper.interval = stepper.interval.wrapping_add(stepper.add);
+            if stepper.count == 0 && !stepper.load(pool) {
+                return true;
+            }
+        }
+        if stepper.next.wrapping_sub(now) as i32 > limit {
+            return true;
+        }
+    }
+}
+
+/// A motor behind all that is written, from which events that were not played are taken back, newest first.
+struct Ahead {
+    position: i32,
+    direction: bool,
+}
+
+impl Ahead {
+    const fn of(stepper: &Stepper) -> Self {
+        // A turn that is not written yet has not changed the pin.
+        let direction = stepper.direction != (stepper.turns && stepper.count > 0);
+        Self { position: stepper.position, direction }
+    }
+
+    fn undo(&mut self, event: StepEvent, motor: u8) {
+        if event.motor() != usize::from(motor) {
+            return;
+        }
+        if event.is_turn() {
+            self.direction = event.is_forward();
+        } else {
+            self.position = self.position.wrapping_add(if self.direction { -1 } else { 1 });
+        }
+    }
+}
