@@ -25,6 +25,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // Power along the path, which motion looks at where it changes, never per step: small rather than fast.
     ("laser-power", &["units"]),
     ("motion", &["units", "laser-power"]),
+    // A Klipper host's messages to pins and steps: pins, buses and the clock are handed in.
+    ("klipper", &["units", "motion"]),
     ("tmc", &["units"]),
     ("drivers", &["units"]),
     // Cards and the file systems on them: blocks and bytes, and nothing of a machine.
@@ -183,6 +185,7 @@ const PURE: &[&str] = &[
     "config",
     "laser-power",
     "motion",
+    "klipper",
     "tmc",
     "drivers",
     "card",
