@@ -21,6 +21,7 @@ pub mod clocks;
 mod copy;
 pub mod dma;
 pub mod ethernet;
+pub mod factory;
 pub mod flash;
 pub mod fpu;
 pub mod identity;

@@ -21,6 +21,16 @@ impl PinName {
         if (port as usize) < PORTS && number < 16 { Self { port, number } } else { Self { port: 10, number: 15 } }
     }
 
+    /// Returns the pin of a number that counts sixteen to a port: PA0 is 0, PK15 is 175.
+    #[must_use]
+    pub const fn numbered(number: u32) -> Option<Self> {
+        if number < PORTS as u32 * 16 {
+            Some(Self { port: (number / 16) as u8, number: (number % 16) as u8 })
+        } else {
+            None
+        }
+    }
+
     /// Reads `PD3`, `pd3`, `PD_3`, `PD.3` as configuration files write them.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {

@@ -22,7 +22,7 @@ mod tests {
     use bsp_prime::last_words::{self, Text};
     use bsp_prime::pins::{PinError, PinName, PinSpec, Pull, table};
     use bsp_prime::rtc;
-    use bsp_prime::{adc, dma_buffer, fpu};
+    use bsp_prime::{adc, dma_buffer, factory, fpu};
     use events::DateTime;
     use on_target::{Bench, bench, sleep_ms};
 
@@ -260,6 +260,30 @@ mod tests {
         let near = |volts: f32, wanted: f32| volts - wanted < 1e-3 && wanted - volts < 1e-3;
         defmt::assert!(adc::pin_volts(0) == 0.0 && near(adc::pin_volts(u16::MAX), 3.3));
         defmt::assert!(near(adc::pin_volts(1 << 15), 1.65));
+    }
+
+    #[test]
+    fn a_pin_is_found_by_its_number() {
+        for (number, name) in [(0, "PA0"), (17, "PB1"), (121, "PH9"), (175, "PK15")] {
+            defmt::assert!(PinName::numbered(number) == PinName::parse(name), "{}", number);
+        }
+        defmt::assert!(PinName::numbered(176).is_none() && PinName::numbered(u32::MAX).is_none());
+    }
+
+    #[test]
+    fn only_words_from_the_factory_are_read(bench: &mut Bench) {
+        for (word, place) in bench.identity.unique_id.into_iter().zip((0x1FF1_E800..).step_by(4)) {
+            defmt::assert_eq!(factory::read(4, place), Some(word));
+            defmt::assert_eq!(factory::read(2, place + 2), Some(word >> 16));
+            defmt::assert_eq!(factory::read(1, place + 1), Some(word >> 8 & 0xFF));
+        }
+        defmt::assert!(factory::read(2, 0x1FF1_E880).is_some_and(|kib| kib == 2048), "the flash has 2 MiB");
+        for (bytes, address) in
+            [(4, 0x1FF1_E802), (3, 0x1FF1_E800), (0, 0x1FF1_E800), (4, 0x1FF1_E7FC), (1, 0x1FF1_E884)]
+        {
+            defmt::assert_eq!(factory::read(bytes, address), None, "{} at {}", bytes, address);
+        }
+        defmt::assert_eq!(factory::read(4, u32::MAX), None);
     }
 
     // --- what outlives a reset ---
