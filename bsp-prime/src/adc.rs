@@ -180,6 +180,25 @@ impl Thermistors {
         Ok((sum / AVERAGED as u32) as u16)
     }
 
+    /// Returns the newest reading of the input at `position`, 0 to 65 535 for full scale.
+    ///
+    /// # Errors
+    /// As [`Self::average`]; readings exist from the first scan on.
+    pub fn latest(&self, position: usize) -> Result<u16, AdcError> {
+        if position >= self.inputs {
+            return Err(AdcError::BadInputs);
+        }
+        if !self.is_running() {
+            return Err(AdcError::ScanStopped);
+        }
+        // RM0399 sections 16.5.1 and 16.5.6: the flag comes with the end of the first round, the count falls
+        // with each sample that was fetched.
+        let is_filled = self.dma.lisr.read().tcif1().bit_is_set();
+        let total = AVERAGED * self.inputs;
+        let fetched = total.saturating_sub(self.samples_to_wrap() as usize);
+        newest(position, self.inputs, fetched, is_filled).and_then(|place| RING.read(place)).ok_or(AdcError::NotFilled)
+    }
+
     /// Returns the number of samples that the DMA has yet to write before it wraps; changes with every
     /// conversion while the scan is alive.
     #[must_use]
@@ -194,6 +213,29 @@ impl Thermistors {
     }
 }
 
+/// Returns the place in the ring of the newest sample of an input, when the DMA has fetched so many in this
+/// round. The last one fetched may still be on its way to memory: it does not count.
+const fn newest(position: usize, inputs: usize, fetched: usize, is_filled: bool) -> Option<usize> {
+    let total = AVERAGED * inputs;
+    let written = if is_filled { total + fetched } else { fetched };
+    if written < position + 2 {
+        return None;
+    }
+    Some(((written - 2 - position) / inputs * inputs + position) % total)
+}
+
+// Three inputs: nothing yet, the first sample on its way, in memory; then the newest one before a scan ends,
+// and over the end of the ring.
+const _: () = {
+    assert!(newest(0, 3, 0, false).is_none() && newest(0, 3, 1, false).is_none());
+    assert!(matches!(newest(0, 3, 2, false), Some(0)) && newest(1, 3, 2, false).is_none());
+    assert!(matches!(newest(0, 3, 4, false), Some(0)) && matches!(newest(0, 3, 5, false), Some(3)));
+    assert!(matches!(newest(2, 3, 0, true), Some(92)) && matches!(newest(2, 3, 1, true), Some(95)));
+};
+
+/// Longest time of a conversion; it takes 154 us.
+const CONVERSION_LIMIT: units::Micros = units::Micros::from_millis(2);
+
 /// Single readings of ADC3's inputs, taken round-robin without waiting: each [`Self::poll`] collects one and
 /// starts the next.
 pub struct Supplies {
@@ -207,6 +249,8 @@ pub struct Supplies {
     readings: [Option<u16>; crate::pins::table::SUPPLIES.len()],
     /// Bit mask of the inputs to read.
     wanted: u16,
+    /// Time at which the last conversion was begun.
+    begun: units::Micros,
 }
 
 impl Supplies {
@@ -218,7 +262,7 @@ impl Supplies {
         common.ccr.modify(|_, w| w.vsenseen().set_bit().vrefen().set_bit());
         let calibration_begun = begin_calibration(&adc);
         let readings = [None; crate::pins::table::SUPPLIES.len()];
-        Self { adc, calibration_begun, ready: false, current: 0, turn: 0, readings, wanted: 0 }
+        Self { adc, calibration_begun, ready: false, current: 0, turn: 0, readings, wanted: 0, begun: units::Micros(0) }
     }
 
     /// Brings the converter up to read the inputs of these indices of [`crate::pins::table::SUPPLIES`]. Once.
@@ -250,6 +294,25 @@ impl Supplies {
     pub fn follow(&mut self, input: usize) -> Option<u16> {
         if self.wanted & 1 << input != 0 && self.collect() {
             self.convert(input);
+        }
+        self.reading(input)
+    }
+
+    /// Returns the newest reading of this input as [`Self::follow`] does, but keeps the reading before while
+    /// a conversion is under way: for callers that come as often as they like. `None` as well when the
+    /// converter has stopped.
+    pub fn latest(&mut self, input: usize) -> Option<u16> {
+        let before = self.reading(self.current);
+        if self.collect() {
+            if self.wanted & 1 << input != 0 {
+                self.convert(input);
+            }
+        } else if crate::time::now().since(self.begun) < CONVERSION_LIMIT {
+            if let Some(slot) = self.readings.get_mut(self.current) {
+                *slot = before;
+            }
+        } else {
+            return None;
         }
         self.reading(input)
     }
@@ -301,6 +364,7 @@ impl Supplies {
             self.adc.sqr1.write(|w| w.bits(channel << 6));
         }
         self.adc.cr.modify(|_, w| w.adstart().set_bit());
+        self.begun = crate::time::now();
     }
 
     /// Connects the battery's divider to ADC3, or disconnects it (RM0399 section 26.8.2, VBATEN). Sampling

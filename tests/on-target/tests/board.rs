@@ -185,6 +185,22 @@ mod tests {
     }
 
     #[test]
+    fn the_newest_reading_is_near_the_average_and_comes_at_any_pace(bench: &mut Bench) {
+        for position in 0..table::THERMISTORS.len() {
+            let (newest, average) = (bench.thermistors.latest(position), bench.thermistors.average(position));
+            let (Ok(newest), Ok(average)) = (newest, average) else { defmt::panic!("input {}", position) };
+            defmt::assert!(newest.abs_diff(average) < 1_000, "input {}: {} for {}", position, newest, average);
+        }
+        defmt::assert!(bench.thermistors.latest(table::THERMISTORS.len()).is_err());
+        let average = bench.supplies.reading(table::VREF);
+        for _ in 0..20 {
+            let newest = bench.supplies.latest(table::VREF);
+            defmt::assert!(newest.zip(average).is_some_and(|(newest, average)| newest.abs_diff(average) < 1_000));
+            bsp_prime::wait::pause(50);
+        }
+    }
+
+    #[test]
     fn all_four_motor_drivers_answer(bench: &mut Bench) {
         let chip = if bench.identity.board == 1 { Chip::Tmc2660 } else { Chip::Tmc2590 };
         for (motor, pins) in table::MOTORS.iter().enumerate() {
