@@ -161,11 +161,12 @@ impl SpiBuses {
     /// The driver behind this chip select, which must be an output that is off when not selected.
     #[must_use]
     pub const fn motor_driver(&self, select: Output) -> SpiChip {
-        SpiChip { bus: Bus::Spi4, link: Link::MOTORS, select }
+        SpiChip { bus: Bus::Spi4, link: Link::MOTORS, select: Some(select) }
     }
 
     /// Another chip, on SPI1 (channel 0) or SPI4 (channel 1), whose clock has this mode and is no faster. The
-    /// first one on SPI1 claims that bus's pins for `owner`. None when there is no such channel.
+    /// first one on SPI1 claims that bus's pins for `owner`. A chip without a select line is always selected.
+    /// None when there is no such channel.
     ///
     /// # Errors
     /// [`pins::PinError`] when a pin of SPI1 has another owner.
@@ -173,7 +174,7 @@ impl SpiBuses {
         &mut self,
         channel: u8,
         (mode, most_hz): (Mode, u32),
-        select: Output,
+        select: Option<Output>,
         pins: &mut Pins,
         owner: &str,
     ) -> Result<Option<SpiChip>, pins::PinError> {
@@ -199,7 +200,41 @@ impl SpiBuses {
 pub struct SpiChip {
     bus: Bus,
     link: Link,
-    select: Output,
+    select: Option<Output>,
+}
+
+impl SpiChip {
+    /// Exchanges bytes in place, any number of them, in frames between which the chip stays selected.
+    ///
+    /// # Errors
+    /// [`SpiError`]; the bytes of later frames are as they were.
+    pub fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
+        self.while_selected(|spi| bytes.chunks_mut(FIFO_BYTES).try_for_each(|frame| exchange(spi, frame)))
+    }
+
+    /// Does this while the chip is selected, with its clock.
+    fn while_selected(
+        &mut self,
+        work: impl FnOnce(&pac::spi1::RegisterBlock) -> Result<(), SpiError>,
+    ) -> Result<(), SpiError> {
+        let (spi, busy) = (self.bus.registers(), self.bus.busy());
+        if busy.swap(true, Ordering::Acquire) {
+            return Err(SpiError::Busy);
+        }
+        self.link.apply(spi);
+        self.select(true);
+        let result = work(spi);
+        self.select(false);
+        wait::pause(DESELECT_PAUSE_US);
+        busy.store(false, Ordering::Release);
+        result
+    }
+
+    fn select(&mut self, is_selected: bool) {
+        if let Some(select) = &mut self.select {
+            select.set(is_selected);
+        }
+    }
 }
 
 fn exchange(spi: &pac::spi1::RegisterBlock, words: &mut [u8]) -> Result<(), SpiError> {
@@ -272,16 +307,6 @@ impl ErrorType for SpiChip {
 
 impl SpiDevice for SpiChip {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), SpiError> {
-        let (spi, busy) = (self.bus.registers(), self.bus.busy());
-        if busy.swap(true, Ordering::Acquire) {
-            return Err(SpiError::Busy);
-        }
-        self.link.apply(spi);
-        self.select.set(true);
-        let result = operations.iter_mut().try_for_each(|operation| operate(spi, operation));
-        self.select.set(false);
-        wait::pause(DESELECT_PAUSE_US);
-        busy.store(false, Ordering::Release);
-        result
+        self.while_selected(|spi| operations.iter_mut().try_for_each(|operation| operate(spi, operation)))
     }
 }

@@ -138,7 +138,7 @@ fn chip(
     let chip = if channel == 0 {
         // The chip is on a board of its own, at the other header.
         let owner = owner(motor.driver.name(), "common", "spi_channel");
-        report.take(buses.chip(channel, driver_bank::CHIP_CLOCK, select, pins, &owner)).flatten()
+        report.take(buses.chip(channel, driver_bank::CHIP_CLOCK, Some(select), pins, &owner)).flatten()
     } else {
         Some(buses.motor_driver(select))
     };
@@ -170,7 +170,7 @@ pub fn sensors(
         let Some(select) = report.take(claimed) else { continue };
         let clock = (chips.mode, chips.most_hz);
         let owner = owner("temperature control", &controller.name, "spi_channel");
-        let chip = report.take(buses.chip(channel, clock, select, pins, &owner)).flatten();
+        let chip = report.take(buses.chip(channel, clock, Some(select), pins, &owner)).flatten();
         // The bank has room for a chip per controller.
         let _added = chip.is_some_and(|chip| bank.add(index, &controller.sensor, chip));
     }

@@ -42,7 +42,7 @@ pub fn spi(
     let claimed = pins.output(select, &owner("driver", actuator.name(), "spi_cs_pin"));
     let select = report.take(claimed)?;
     let owner = owner(kind.name(), "common", "spi_channel");
-    let chip = buses.chip(channel, driver_bank::OUTSIDE_CLOCK, select, pins, &owner);
+    let chip = buses.chip(channel, driver_bank::OUTSIDE_CLOCK, Some(select), pins, &owner);
     Some(OutsideBus::Spi(SpiRegisters(report.take(chip).flatten()?)))
 }
 
