@@ -1,4 +1,5 @@
-//! Linker scripts, and the version and date of the image.
+//! Linker scripts, and the version and date of the image. The controller's image is built with this script
+//! too.
 use std::process::Command;
 
 /// Returns the first line of git's answer, if it has one.
@@ -14,9 +15,9 @@ fn main() {
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "-Timage.x", "--icf=all"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
-    println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
-    for script in ["flash.x", "image.x"] {
-        println!("cargo:rerun-if-changed={script}");
+    println!("cargo:rustc-link-search={}/../firmware", env!("CARGO_MANIFEST_DIR"));
+    for file in ["flash.x", "image.x", "build.rs"] {
+        println!("cargo:rerun-if-changed=../firmware/{file}");
     }
     // Version and date of the commit, not of the build: the same source gives the same image.
     let date = git(&["log", "-1", "--format=%cs"]).unwrap_or_else(|| "unknown".to_owned());
@@ -25,7 +26,6 @@ fn main() {
     let version = git(&["log", "-1", "--abbrev=8", "--format=%h"])
         .map_or(package.to_owned(), |commit| format!("{package}-{commit}"));
     println!("cargo:rustc-env=VELVET_VERSION={version}");
-    println!("cargo:rerun-if-changed=build.rs");
     // Git names the paths: in a worktree these are not below `.git`, which is a file there. `logs/HEAD` grows
     // with each commit.
     for file in ["HEAD", "logs/HEAD"] {

@@ -1,4 +1,4 @@
-//! Files in the root of the card. Nothing is written.
+//! Files in the root of the card. Nothing is written. The controller's image has this file as well.
 
 use bsp_prime::sd::SdCard;
 use card::volume::{self, FileReader, Volume};

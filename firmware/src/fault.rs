@@ -1,14 +1,14 @@
 //! Fatal errors: a panic, a fault of the processor, a crystal that stops or a board that does not come up.
 //! Outputs off first, then a report over RTT and for the next start, then a reset.
+//!
+//! The controller's image has this file as well: nothing here knows a machine.
 
 use core::fmt::{Arguments, Write};
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use base::ports::{LastWords, Start};
 use bsp_prime::BoardError;
 use bsp_prime::board::make_outputs_safe;
-use bsp_prime::identity::{Cause, Identity};
 use bsp_prime::last_words::{self, Text};
 use bsp_prime::{kept, log, rtt, time};
 use cortex_m::peripheral::SCB;
@@ -68,17 +68,6 @@ pub fn board_failed(error: BoardError) -> ! {
     }
     // The clock of the events does not run yet.
     end_at(Micros(0), format_args!("board: {error:?}"))
-}
-
-/// Returns the reason for this start.
-pub fn start(identity: &Identity) -> Start {
-    match (identity.reset_cause, &identity.last_words) {
-        (Cause::Watchdog, _) => Start::Watchdog,
-        (Cause::BrownOut, _) => Start::BrownOut,
-        // A text has no more bytes than there is room for.
-        (Cause::Software, Some(text)) => Start::Ended(LastWords::try_from(text.as_str()).unwrap_or_default()),
-        _ => Start::Asked,
-    }
 }
 
 #[panic_handler]

@@ -41,6 +41,7 @@ mod page;
 mod ports;
 mod rtt_console;
 mod slow;
+mod start;
 mod storage;
 mod triggers;
 mod update;
@@ -83,7 +84,7 @@ mod app {
     use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{PLANNER, SENSORS, SLOW, executor, fault, feed::Locked, log, update, usb};
+    use crate::{PLANNER, SENSORS, SLOW, executor, fault, feed::Locked, log, start, update, usb};
     use thermal::HeatControl;
 
     /// Least time between two rounds of the feed's other duties. Runs of the feed that come sooner skip
@@ -187,7 +188,7 @@ mod app {
             debug: board.debug.1,
             uarts: [board.uart0.1, board.uart1.1],
             board_id: board.identity.board,
-            start: fault::start(identity),
+            start: start::reason(identity),
             second_core_starts: board.identity.second_core_starts,
             rtc: board.rtc,
             rtt: Said::new(ends.console),

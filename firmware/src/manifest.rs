@@ -1,4 +1,4 @@
-//! Manifest in front of the image, for the boot stage.
+//! Manifest in front of the image, for the boot stage. The controller's image has this file as well.
 
 use update::{MANIFEST_BYTES, Manifest, PRIME};
 
