@@ -32,8 +32,8 @@ const HELP: &str = "usage: cargo xtask <task>
   itcm ELF         the step interrupt stays in ITCM: no branch from there leaves it
   ledger ELF VP V  what the image costs, counted by the virtual board VP and verified by the velvet command V, against the
                    committed ledger
-  seal ELF BOOT    puts the boot stage BOOT and the digest into the firmware ELF; the whole flash as raw bytes into ELF.bin,
-                   the image for a card into flashme.bin beside it
+  seal ELF BOOT    puts the boot stage BOOT and the digest into the image ELF; the whole flash as raw bytes into ELF.bin,
+                   the image for a card into flashme.bin beside the firmware, of any other image in the folder ELF.card
   memory ELF       bytes taken in each memory region
   paths ELF        the image ELF names no folder of this computer
   shape            functions, matches, public items and tests of every crate keep their limits

@@ -4,7 +4,7 @@
 
 use std::fs;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use object::read::elf::{ElfFile32, ProgramHeader};
@@ -15,6 +15,9 @@ use update::{MANIFEST_BYTES, PRIME, WORD};
 const ERASED: u8 = 0xFF;
 /// The image's file on a card, as Smoothieware v2 has it.
 const CARD_FILE: &str = "flashme.bin";
+/// The image whose file for a card lies beside it. Others have it in a folder of their own: it has the same
+/// name for each.
+const FIRMWARE: &str = "firmware";
 
 /// Seals the application `elf`, whether or not it was sealed before, with the boot stage `boot` in front.
 pub fn run(elf: &Path, boot: &Path) -> Result<()> {
@@ -25,10 +28,24 @@ pub fn run(elf: &Path, boot: &Path) -> Result<()> {
     let mut whole = elf.as_os_str().to_owned();
     whole.push(".bin");
     write(Path::new(&whole), &sealed.flash)?;
-    write(&elf.with_file_name(CARD_FILE), &sealed.card)?;
+    let card = card_file(elf);
+    if let Some(folder) = card.parent() {
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    write(&card, &sealed.card)?;
     let (boot, image) = (sealed.boot_bytes, sealed.image_bytes);
     println!("sealed: {boot} bytes of boot stage, {image} of {} bytes of image", PRIME.image_bytes());
     Ok(())
+}
+
+/// Place of the file for a card.
+fn card_file(elf: &Path) -> PathBuf {
+    if elf.file_name().is_some_and(|name| name == FIRMWARE) {
+        return elf.with_file_name(CARD_FILE);
+    }
+    let mut folder = elf.as_os_str().to_owned();
+    folder.push(".card");
+    Path::new(&folder).join(CARD_FILE)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
@@ -82,7 +99,7 @@ fn seal(mut bytes: Vec<u8>, boot: &[u8]) -> Result<Sealed> {
 /// Offset of a section in an ELF file.
 fn section(bytes: &[u8], name: &str) -> Result<Range<usize>> {
     let file = object::File::parse(bytes).context("not an ELF file")?;
-    let section = file.section_by_name(name).with_context(|| format!("no section {name}: is this the firmware?"))?;
+    let section = file.section_by_name(name).with_context(|| format!("no section {name}: is this an image?"))?;
     let (start, length) = section.file_range().with_context(|| format!("section {name} is empty"))?;
     let place = usize::try_from(start)?..usize::try_from(start + length)?;
     ensure!(place.end <= bytes.len(), "section {name} lies outside the file");
@@ -117,6 +134,12 @@ pub fn flash_image(bytes: &[u8]) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_image_takes_the_place_of_another_one_for_the_card() {
+        assert_eq!(card_file(Path::new("release/firmware")), Path::new("release/flashme.bin"));
+        assert_eq!(card_file(Path::new("release/controller")), Path::new("release/controller.card/flashme.bin"));
+    }
 
     #[test]
     fn something_that_is_no_image_is_refused() {
