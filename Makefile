@@ -12,6 +12,7 @@ export PROPTEST_RNG_SEED ?= 1
 
 TRIPLE := thumbv7em-none-eabihf
 IMAGE := target/$(TRIPLE)/release/firmware
+CONTROLLER := target/$(TRIPLE)/release/controller
 BOOT_STAGE := target/$(TRIPLE)/release/boot
 VELVET := target/native/velvet
 VPRIME := virtual-prime/target/release/virtual-prime
@@ -48,14 +49,15 @@ test: target/toolchain.mk
 	@echo "all tests passed"
 
 ## make firmware                 boot stage and image: target/thumbv7em-none-eabihf/release/firmware, all of it as plain bytes in
-##                               firmware.bin beside it, and for a card flashme.bin
+##                               firmware.bin beside it, and for a card flashme.bin; the image for a Klipper host, controller, with
+##                               controller.bin and controller.card/flashme.bin
 firmware: target/toolchain.mk
-	@$(FW_CARGO) build -q --locked -p firmware -p boot --release --target $(TRIPLE) $(FW_FLAGS)
-	@$(CARGO) run -q --locked -p xtask -- itcm $(IMAGE)
-	@$(CARGO) run -q --locked -p xtask -- itcm $(BOOT_STAGE)
-	@$(CARGO) run -q --locked -p xtask -- paths $(IMAGE)
-	@$(CARGO) run -q --locked -p xtask -- paths $(BOOT_STAGE)
+	@$(FW_CARGO) build -q --locked -p firmware -p controller -p boot --release --target $(TRIPLE) $(FW_FLAGS)
+	@for image in $(IMAGE) $(CONTROLLER) $(BOOT_STAGE); do \
+	    $(CARGO) run -q --locked -p xtask -- itcm $$image && $(CARGO) run -q --locked -p xtask -- paths $$image || exit 1; \
+	done
 	@$(CARGO) run -q --locked -p xtask -- seal $(IMAGE) $(BOOT_STAGE)
+	@$(CARGO) run -q --locked -p xtask -- seal $(CONTROLLER) $(BOOT_STAGE)
 
 # What cargo has linked made fit to be flashed; scripts/on-board.sh calls it.
 seal: target/toolchain.mk
@@ -202,7 +204,7 @@ test-lint: target/toolchain.mk
 	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --all --check; else echo "rustfmt is not installed: skipped"; fi
 	@if $(CARGO) clippy --version >/dev/null 2>&1; then \
 	    $(CARGO) clippy -q --locked --all-targets -- -D warnings && \
-	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p boot -p firmware --release --target $(TRIPLE) -- -D warnings; fi; \
+	    if [ -z "$(FW_FLAGS)" ]; then $(CARGO) clippy -q --locked -p bsp-prime -p boot -p firmware -p controller --release --target $(TRIPLE) -- -D warnings; fi; \
 	else echo "clippy is not installed: skipped"; fi
 
 test-desk:

@@ -108,6 +108,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "bsp-prime",
         ],
     ),
+    // The second image, for a host that has the machine: it knows none.
+    ("controller", &["units", "events", "klipper", "card", "update", "usb", "bsp-prime"]),
     (
         "sim",
         &[
@@ -168,11 +170,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
 
 /// Crates from outside that only the board's crates may name.
 const HARDWARE: &[&str] = &["stm32h7xx-hal", "stm32h7", "cortex-m", "cortex-m-rt", "cortex-m-semihosting"];
-const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "boot", "firmware", "on-target"];
+const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "boot", "firmware", "controller", "on-target"];
 
-/// The framework of the board's tasks. Everything below the firmware is called by it and never knows it.
+/// The framework of the board's tasks. Everything below the images is called by it and never knows it.
 const TASKS: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"];
-const MAY_NAME_TASKS: &[&str] = &["firmware"];
+const MAY_NAME_TASKS: &[&str] = &["firmware", "controller"];
 
 /// Crates that run on the board and on a desk alike: no standard library outside tests.
 const PURE: &[&str] = &[
@@ -208,7 +210,7 @@ const PURE: &[&str] = &[
 ];
 
 /// Crates of the board itself. Neither they nor the pure crates wait but by a call: whoever calls them does.
-const OF_THE_BOARD: &[&str] = &["bsp-prime", "boot", "firmware"];
+const OF_THE_BOARD: &[&str] = &["bsp-prime", "boot", "firmware", "controller"];
 /// The look ahead at a file, which has to be able to stop in the middle of a line.
 const FUTURES: &[&str] = &["preflight/src/"];
 
@@ -293,7 +295,7 @@ fn dependency_faults(package: &str, dependencies: &BTreeSet<String>) -> Vec<Stri
             faults.push(format!("{package}: only the board's crates may name {name}"));
         }
         if TASKS.contains(&name) && !MAY_NAME_TASKS.contains(&package) {
-            faults.push(format!("{package}: only the firmware may name {name}"));
+            faults.push(format!("{package}: only the images may name {name}"));
         }
     }
     faults
@@ -349,7 +351,7 @@ mod tests {
     fn a_forbidden_dependency_is_named() {
         assert_eq!(faults("motion", "gcode"), ["motion: may not use gcode"]);
         assert_eq!(faults("machine", "tmc"), ["machine: may not use tmc"]);
-        assert_eq!(faults("machine", "rtic"), ["machine: only the firmware may name rtic"]);
+        assert_eq!(faults("machine", "rtic"), ["machine: only the images may name rtic"]);
         assert_eq!(faults("drivers", "stm32h7"), ["drivers: only the board's crates may name stm32h7"]);
         assert_eq!(faults("surprise", "units").len(), 1);
     }

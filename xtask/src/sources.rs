@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 /// Folders whose sources may hold `unsafe`: they touch copper.
-const MAY_BE_UNSAFE: &[&str] = &["bsp-prime", "boot", "firmware"];
+const MAY_BE_UNSAFE: &[&str] = &["bsp-prime", "boot", "firmware", "controller"];
 /// Past this a file holds a second idea.
 const MAX_LINES: usize = 500;
 /// Last column that a comment may reach.
@@ -76,7 +76,8 @@ fn file_faults(name: &str, text: &str) -> Vec<String> {
     if !may_be_unsafe && !exempt {
         for (number, line) in text.lines().enumerate() {
             if words(&code_of(line)).any(|word| word == "unsafe") {
-                faults.push(format!("{name}:{}: unsafe belongs in bsp-prime, boot or firmware", number + 1));
+                faults
+                    .push(format!("{name}:{}: unsafe belongs in bsp-prime, boot, firmware or controller", number + 1));
             }
         }
     }

@@ -15,6 +15,7 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("bsp-prime", "tests/on-target/tests"),
     ("boot", "virtual-prime/tests/updates"),
     ("firmware", "virtual-prime/tests"),
+    ("controller", "virtual-prime/tests"),
 ];
 
 /// Pages of tests of a package: each title begins a test of its own, on a fresh interpreter, with lines and
