@@ -6,6 +6,7 @@ mod card;
 mod card_faults;
 mod card_service;
 mod common;
+mod controller;
 mod conventions;
 mod faults;
 mod files;
