@@ -245,6 +245,9 @@ impl<W: Wire> Host<W> {
     }
 }
 
+/// Tolerance of the time between two steps: each may be late by 250 ns.
+const STEP_TOLERANCE_NS: u64 = 250;
+
 /// Number of a pin.
 fn pin(port: char, number: u32) -> u32 {
     (u32::from(port) - u32::from('A')) * 16 + number
@@ -291,6 +294,11 @@ fn a_host_configures_the_board_and_moves_a_motor() {
     let world = world.lock();
     // Low is direction 0 here, and forward for the machine.
     assert_eq!(world.trace().tally(Actuator::Alpha).net_steps, -700);
+    let edges = world.trace().edges();
+    let distances: Vec<u64> = edges.windows(2).map(|pair| pair[1].time_ns - pair[0].time_ns).collect();
+    let (slow, fast) = (&distances[..999], &distances[1_000..]);
+    assert!(slow.iter().all(|ns| ns.abs_diff(100_000) <= STEP_TOLERANCE_NS), "{slow:?}");
+    assert!(fast.iter().all(|ns| ns.abs_diff(50_000) <= STEP_TOLERANCE_NS), "{fast:?}");
     drop(world);
     assert_eq!(host.wire.vm.complaints(), Vec::<String>::new());
 }
