@@ -11,7 +11,7 @@ mod reason;
 #[path = "src/table.rs"]
 mod table;
 
-use numbers::{ADC_MAX, CHIP_TEMPERATURE, CLOCK_HZ, PAD_PA0_C, PWM_MAX, RECEIVE_WINDOW, STATS_SUMSQ_BASE};
+use numbers::{ADC_MAX, CHIP_TEMPERATURE, CLOCK_HZ, I2C_STATUS, PAD_PA0_C, PWM_MAX, RECEIVE_WINDOW, STATS_SUMSQ_BASE};
 use reason::Reason;
 use table::{Command, Response};
 
@@ -40,6 +40,7 @@ fn enumerations() -> String {
     object([
         ("pin".to_owned(), pins()),
         ("spi_bus".to_owned(), numbered(&["spi1", "spi4"])),
+        ("i2c_bus_status".to_owned(), numbered(&I2C_STATUS)),
         ("static_string_id".to_owned(), object(reasons)),
     ])
 }

@@ -24,7 +24,7 @@ pub enum AnalogInput {
     Supply(usize),
 }
 
-/// Both converters.
+/// The two converters and the inputs that the host has claimed.
 pub struct AnalogInputs {
     thermistors: Thermistors,
     supplies: Supplies,

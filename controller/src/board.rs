@@ -5,6 +5,7 @@
 
 use bsp_prime::adc::{Supplies, Thermistors};
 use bsp_prime::board::Guards;
+use bsp_prime::led_strip::LedSender;
 use bsp_prime::pins::{self, Output, PinName, PinSpec, Pins, table};
 use bsp_prime::pwm::Pwm;
 use bsp_prime::spi::{SpiBuses, SpiChip};
@@ -22,6 +23,9 @@ use crate::pwm::{Channel, PwmPins};
 pub const OWNER: &str = "the host";
 /// Ticks of the step clock in a microsecond.
 const TICKS_PER_US: u32 = units::STEP_CLOCK_HZ / 1_000_000;
+
+/// Longest wait within a transfer: 0.1 ms, half a period at 5 kHz.
+const MOST_PAUSE_TICKS: u32 = 100 * TICKS_PER_US;
 
 /// The board, with what the host has claimed.
 pub struct PrimeBoard {
@@ -48,6 +52,9 @@ pub struct LevelOutput {
 /// Input that the host reads by its level.
 pub struct LevelInput(pins::Input);
 
+/// Open-drain line that the host uses by its level.
+pub struct OpenLine(pins::Line);
+
 /// Chip on an SPI bus.
 pub struct Chip(SpiChip);
 
@@ -58,7 +65,7 @@ impl PrimeBoard {
         guards: Guards,
         spi: SpiBuses,
         (thermistors, supplies): (Thermistors, Supplies),
-        pwm: Pwm,
+        (pwm, lights): (Pwm, LedSender),
     ) -> Self {
         Self {
             pins,
@@ -67,7 +74,7 @@ impl PrimeBoard {
             fets_power: guards.fets_power,
             spi,
             analog: AnalogInputs::new(thermistors, supplies),
-            pwm: PwmPins::new(pwm),
+            pwm: PwmPins::new(pwm, lights),
             motors: [MotorLines::NONE; MAX_ACTUATORS],
             pulse_ticks: 0,
         }
@@ -79,6 +86,16 @@ fn spec(pin: u32, on_is_high: bool) -> Option<PinSpec> {
     PinName::numbered(pin).map(|pin| if on_is_high { PinSpec::plain(pin) } else { PinSpec::inverted(pin) })
 }
 
+/// The pin of a number with a resistor.
+fn pulled(pin: u32, pull: Pull) -> Option<PinSpec> {
+    let pull = match pull {
+        Pull::Up => pins::Pull::Up,
+        Pull::Down => pins::Pull::Down,
+        Pull::None => pins::Pull::Floating,
+    };
+    Some(PinSpec { pull, ..spec(pin, true)? })
+}
+
 impl klipper::board::Output for LevelOutput {
     fn set(&mut self, high: bool) {
         self.output.set(high != self.inverted);
@@ -88,6 +105,16 @@ impl klipper::board::Output for LevelOutput {
 impl klipper::board::Input for LevelInput {
     fn is_high(&self) -> bool {
         self.0.is_on()
+    }
+}
+
+impl klipper::board::Wire for OpenLine {
+    fn set(&mut self, high: bool) {
+        self.0.set(high);
+    }
+
+    fn is_high(&self) -> bool {
+        self.0.is_high()
     }
 }
 
@@ -105,6 +132,8 @@ impl Board for PrimeBoard {
     type Analog = AnalogInput;
     type Pwm = Channel;
     type Spi = Chip;
+    type Wire = OpenLine;
+    type Strip = Channel;
 
     fn clock(&self) -> u32 {
         time::step_ticks()
@@ -128,13 +157,25 @@ impl Board for PrimeBoard {
     }
 
     fn input(&mut self, pin: u32, pull: Pull) -> Option<LevelInput> {
-        let pull = match pull {
-            Pull::Up => pins::Pull::Up,
-            Pull::Down => pins::Pull::Down,
-            Pull::None => pins::Pull::Floating,
-        };
-        let spec = PinSpec { pull, ..spec(pin, true)? };
-        self.pins.input(spec, OWNER).ok().map(LevelInput)
+        self.pins.input(pulled(pin, pull)?, OWNER).ok().map(LevelInput)
+    }
+
+    fn wire(&mut self, pin: u32, pull: Pull) -> Option<OpenLine> {
+        self.pins.line(pulled(pin, pull)?, OWNER).ok().map(OpenLine)
+    }
+
+    /// A host's waits are half periods of a clock; what is longer than any is cut.
+    fn pause(ticks: u32) {
+        let (begun, most) = (time::step_ticks(), ticks.min(MOST_PAUSE_TICKS));
+        while time::step_ticks().wrapping_sub(begun) < most {}
+    }
+
+    fn strip(&mut self, pin: u32) -> Result<Channel, Reason> {
+        self.pwm.claim_strip(pin, self.pins)
+    }
+
+    fn send_to_strip(&mut self, strip: Channel, bytes: &[u8]) -> bool {
+        self.pwm.send(strip, bytes)
     }
 
     fn analog(&mut self, pin: u32) -> Option<AnalogInput> {

@@ -11,6 +11,7 @@
 //! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `timers` | TIM6, at the next timer; idle | the clock of what the host has scheduled |
 //! | 5 | `watch` | TIM7, 20 Hz | 0.9 s: the watchdog |
+//! | 4 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 0 | `idle` | bytes, and `timers` | none: blocks of the host, buses, answers |
 #![no_std]
 #![no_main]
@@ -117,7 +118,7 @@ mod app {
         tick.start(PERIOD_US);
         watch_tick.start(PERIOD_US);
         let analog = (board.thermistors, board.supplies);
-        let prime = PrimeBoard::new(board.pins, board.guards, board.spi, analog, board.pwm);
+        let prime = PrimeBoard::new(board.pins, board.guards, board.spi, analog, (board.pwm, board.led_sender));
         let controller = made(cx.local.controller, prime, cx.local.moves);
         let service = Service::new(Lines::new(port), Updates::new(board.flash, board.sd, board.identity.reset_cause));
         (Shared { controller }, Local { tick, watch_tick, watchdog: board.watchdog, uart, device, service })
@@ -154,6 +155,12 @@ mod app {
         wake::note_run();
     }
 
+    // The colours of a strip of lights are sent, and its timer must stop.
+    #[task(binds = DMA2_STR0, priority = 4)]
+    fn lights_sent(_: lights_sent::Context) {
+        bsp_prime::led_strip::on_interrupt();
+    }
+
     // Feeds the watchdog if both idle and the timers have run.
     #[task(binds = TIM7, priority = 5, local = [watch_tick, watchdog])]
     fn watch(cx: watch::Context) {
@@ -165,7 +172,7 @@ mod app {
         wake::wake();
     }
 
-    // Serves the host.
+    // Executes blocks of the host and does the work on buses.
     #[idle(local = [service], shared = [controller])]
     fn idle(cx: idle::Context) -> ! {
         bsp_prime::memory::paint_main_stack();

@@ -53,7 +53,7 @@ fn ask_for_other(card: SdCard, flash: &mut BoardFlash, running: Known) -> bool {
             return false;
         }
     };
-    // What has failed once, or was refused, is not tried at each start.
+    // An image that has failed once, or was refused, is not tried at each start.
     let state = &log.state;
     let is_known = state.failed.is_some_and(|(_, failed)| failed == image)
         || state.refused.is_some_and(|(_, refused)| refused == image);

@@ -23,7 +23,7 @@ const LAST_ANSWERS: Micros = Micros::from_millis(50);
 /// The controller, behind the lock of its tasks.
 pub type Shared = &'static mut Controller<PrimeBoard>;
 
-/// Idle's own.
+/// State of the idle task.
 pub struct Service {
     lines: Lines,
     updates: Updates,
@@ -117,7 +117,7 @@ impl Service {
 /// Does the work on a bus that waits, without the lock.
 fn work(controller: &mut impl Mutex<T = Shared>) -> bool {
     let Some(mut job) = controller.lock(|controller| controller.take_job()) else { return false };
-    job.run();
+    job.run(time::step_ticks);
     controller.lock(|controller| controller.finish(job));
     true
 }

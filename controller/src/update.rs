@@ -32,7 +32,7 @@ pub fn ask_for_download() -> bool {
     true
 }
 
-/// What remains to be done for the boot stage.
+/// Work for the boot stage that remains to be done.
 pub struct Updates {
     flash: BoardFlash,
     /// Card and cause of the start, until the card has been looked at.
@@ -86,7 +86,7 @@ impl Updates {
         }
     }
 
-    /// This image, by its manifest.
+    /// The manifest of this image.
     fn running(&mut self) -> Option<Known> {
         let mut bytes = [0; MANIFEST_BYTES];
         Image::new(&mut self.flash, &PRIME).read(0, &mut bytes).ok()?;

@@ -39,7 +39,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// Empty memory.
+    /// Memory that holds nothing yet.
     pub const fn new() -> Self {
         Self { bus: MaybeUninit::uninit(), serial: MaybeUninit::uninit(), device: MaybeUninit::uninit() }
     }

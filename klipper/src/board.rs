@@ -12,7 +12,7 @@ pub enum Pull {
     Up,
     /// A resistor to ground.
     Down,
-    /// No resistor.
+    /// No resistor at all.
     None,
 }
 
@@ -25,6 +25,15 @@ pub trait Output {
 /// A digital input that has been claimed.
 pub trait Input {
     /// Returns the level of the pin.
+    fn is_high(&self) -> bool;
+}
+
+/// An open-drain line that has been claimed: low, or left to its resistor.
+pub trait Wire {
+    /// Pulls the line low, or lets go of it.
+    fn set(&mut self, high: bool);
+
+    /// Returns the level of the line.
     fn is_high(&self) -> bool;
 }
 
@@ -87,6 +96,10 @@ pub trait Board {
     type Pwm: Copy;
     /// A chip on an SPI bus.
     type Spi: Spi;
+    /// A claimed open-drain line.
+    type Wire: Wire;
+    /// A strip of lights.
+    type Strip: Copy;
 
     /// Returns the low half of the step clock, in ticks of 5 ns.
     fn clock(&self) -> u32;
@@ -99,6 +112,21 @@ pub trait Board {
 
     /// Makes a pin an input.
     fn input(&mut self, pin: u32, pull: Pull) -> Option<Self::Input>;
+
+    /// Makes a pin an open-drain line with this resistor, let go of.
+    fn wire(&mut self, pin: u32, pull: Pull) -> Option<Self::Wire>;
+
+    /// Waits so many ticks of the step clock. Only jobs call it, without the lock.
+    fn pause(ticks: u32);
+
+    /// Claims a pin for a strip of lights, which have 500 bytes at most.
+    ///
+    /// # Errors
+    /// The reason why it cannot.
+    fn strip(&mut self, pin: u32) -> Result<Self::Strip, crate::Reason>;
+
+    /// Begins to send bytes to a strip. False, and nothing happens, while another one is on its way.
+    fn send_to_strip(&mut self, strip: Self::Strip, bytes: &[u8]) -> bool;
 
     /// Makes a pin an analog input. Conversions begin with [`Board::begin`].
     fn analog(&mut self, pin: u32) -> Option<Self::Analog>;

@@ -7,11 +7,13 @@
 //!
 //! The protocol is described in Klipper's `docs/Protocol.md` and `docs/MCU_Commands.md`; nothing here is
 //! taken from its source.
-#![cfg_attr(not(test), no_std)]
+#![cfg_attr(not(any(test, feature = "desk")), no_std)]
 
 mod args;
 pub mod board;
 mod controller;
+#[cfg(any(test, feature = "desk"))]
+pub mod desk;
 mod dictionary;
 mod moves;
 mod numbers;

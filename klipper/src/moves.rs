@@ -78,6 +78,11 @@ impl Pool {
         Self { moves, free: 0 }
     }
 
+    /// Gives the memory back.
+    pub fn into_moves(self) -> &'static mut Moves {
+        self.moves
+    }
+
     fn slot(&mut self, place: u16) -> Option<&mut Slot> {
         self.moves.slots.get_mut(usize::from(place))
     }

@@ -14,3 +14,5 @@ pub const CHIP_TEMPERATURE: u32 = 254;
 pub const ADC_MAX: u16 = 4095;
 /// Value of hardware PWM that is always on.
 pub const PWM_MAX: u16 = 32_768;
+/// Names of outcomes on an I2C bus, by their numbers.
+pub const I2C_STATUS: [&str; 5] = ["SUCCESS", "NACK", "BUS_TIMEOUT", "START_NACK", "START_READ_NACK"];

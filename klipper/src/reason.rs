@@ -63,6 +63,9 @@ reasons! {
     ButtonsMost = "Max of 8 buttons",
     NotReadable = "debug_read reads the chip's factory words only",
     UartTooLong = "tmcuart data too large",
+    LightsSize = "Invalid neopixel data_size",
+    LightsUpdate = "Invalid neopixel update command",
+    TooManyLights = "This board has memory for four strips of lights",
     AdcStopped = "The converter has stopped",
     Fault = "The firmware has met an error and starts anew",
 }

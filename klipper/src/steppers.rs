@@ -115,6 +115,13 @@ impl Steppers {
         Self { list: heapless::Vec::new(), queue }
     }
 
+    /// Gives the step queue back, with nothing in it.
+    pub fn into_queue(self) -> &'static StepQueue {
+        self.queue.cut();
+        self.queue.go_on_with(|_| false);
+        self.queue
+    }
+
     /// Adds a motor. Returns its number.
     ///
     /// # Errors

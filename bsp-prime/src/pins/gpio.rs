@@ -161,6 +161,35 @@ impl embedded_hal::digital::OutputPin for Output {
     }
 }
 
+/// Open-drain line with more than one party: pulled low, or left to its resistor.
+#[derive(Debug)]
+pub struct Line {
+    pin: PinName,
+}
+
+impl Line {
+    /// Makes a pin a line that is let go of.
+    pub(crate) fn new(spec: PinSpec) -> Self {
+        let mut line = Self { pin: spec.pin };
+        line.set(true);
+        configure(spec.pin, Mode::Output(Speed::Low), spec.pull, true);
+        line
+    }
+
+    /// Pulls the line low, or lets go of it.
+    pub fn set(&mut self, high: bool) {
+        let word = if high { self.pin.bit() } else { self.pin.bit() << 16 };
+        // SAFETY: a BSRR write changes only the pin this line owns.
+        registers(self.pin).bsrr.write(|w| unsafe { w.bits(word) });
+    }
+
+    /// Returns the level of the line, whoever makes it: an output's input stays on (RM0399 section 12.3.10).
+    #[must_use]
+    pub fn is_high(&self) -> bool {
+        registers(self.pin).idr.read().bits() & self.pin.bit() != 0
+    }
+}
+
 /// Digital input pin with polarity.
 #[derive(Clone, Debug)]
 pub struct Input {

@@ -11,7 +11,7 @@ use core::fmt;
 
 use heapless::{String, Vec};
 
-pub use gpio::{FastPin, Input, Mode, Output, Speed};
+pub use gpio::{FastPin, Input, Line, Mode, Output, Speed};
 pub(crate) use gpio::{configure, enable_ports};
 pub use name::{PinName, PinSpec, Pull};
 
@@ -126,6 +126,15 @@ impl Pins {
     pub fn input(&mut self, spec: PinSpec, owner: &str) -> Result<Input, PinError> {
         self.claim(spec.pin, owner)?;
         Ok(Input::new(spec))
+    }
+
+    /// Claims a pin as an open-drain line with the resistor of `spec`, let go of.
+    ///
+    /// # Errors
+    /// [`PinError`] naming both sides.
+    pub fn line(&mut self, spec: PinSpec, owner: &str) -> Result<Line, PinError> {
+        self.claim(spec.pin, owner)?;
+        Ok(Line::new(spec))
     }
 
     /// Claims a pin as an output for the step interrupt, off.

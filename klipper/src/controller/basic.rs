@@ -6,8 +6,8 @@ use crate::board::Board;
 use crate::dictionary::DICTIONARY;
 use crate::moves::MOVES;
 use crate::reason::Reason;
-use crate::table::Response;
-use crate::timers::{MAX_OBJECTS, SILENCE};
+use crate::table::{Command, Response};
+use crate::timers::MAX_OBJECTS;
 
 impl<B: Board> Controller<B> {
     /// A host fetches the dictionary piece by piece; an empty piece is its end.
@@ -59,8 +59,6 @@ impl<B: Board> Controller<B> {
         }
         self.configuration.crc = Some(args.at(0));
         self.board.begin();
-        let now = self.board.clock();
-        self.timers.set(SILENCE, now);
         Ok(())
     }
 
@@ -74,6 +72,15 @@ impl<B: Board> Controller<B> {
     pub(super) fn reset(&mut self) -> Outcome {
         self.wants_reset = true;
         Ok(())
+    }
+
+    /// `debug_nop` is there to be counted.
+    pub(super) fn debug(&mut self, command: Command, args: &Args<'_>) -> Outcome {
+        match command {
+            Command::DebugPing => self.debug_ping(args),
+            Command::DebugRead => self.debug_read(args),
+            _ => Ok(()),
+        }
     }
 
     pub(super) fn debug_ping(&mut self, args: &Args<'_>) -> Outcome {

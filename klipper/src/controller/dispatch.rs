@@ -1,11 +1,12 @@
 //! Blocks of the host to commands.
 
-use super::job::Job;
+use super::job::{Job, Work};
 use super::state::{Controller, Outcome, Rest};
 use crate::args::Args;
 use crate::board::Board;
 use crate::numbers::STATS_SUMSQ_BASE;
 use crate::objects::Object;
+use crate::objects::i2c::Status;
 use crate::reason::Reason;
 use crate::table::{Command, Response};
 use crate::wire::Block;
@@ -88,9 +89,7 @@ impl<B: Board> Controller<B> {
             Command::EmergencyStop => Err(Reason::CommandRequest),
             Command::ClearShutdown => self.clear_shutdown(),
             Command::Reset => self.reset(),
-            Command::DebugNop => Ok(()),
-            Command::DebugPing => self.debug_ping(args),
-            Command::DebugRead => self.debug_read(args),
+            Command::DebugNop | Command::DebugPing | Command::DebugRead => self.debug(command, args),
             Command::ConfigDigitalOut => self.config_digital_out(args),
             Command::SetDigitalOutPwmCycle => self.set_digital_out_pwm_cycle(args),
             Command::UpdateDigitalOut => self.update_digital_out(args),
@@ -111,12 +110,24 @@ impl<B: Board> Controller<B> {
             Command::TrsyncStart => self.trsync_start(args),
             Command::TrsyncSetTimeout => self.trsync_set_timeout(args),
             Command::TrsyncTrigger => self.trsync_trigger(args),
-            Command::ConfigSpi => self.config_spi(args.oid(), Some((args.at(1), args.at(2) != 0))),
-            Command::ConfigSpiWithoutCs => self.config_spi(args.oid(), None),
-            Command::SpiSetBus => self.spi_set_bus(args),
-            Command::SpiTransfer => self.spi_exchange(args, true),
-            Command::SpiSend => self.spi_exchange(args, false),
-            Command::ConfigSpiShutdown => self.config_spi_shutdown(args),
+            Command::ConfigSpi
+            | Command::ConfigSpiWithoutCs
+            | Command::SpiSetBus
+            | Command::SpiTransfer
+            | Command::SpiSend
+            | Command::ConfigSpiShutdown
+            | Command::SpiSetSwBus
+            | Command::ConfigI2c
+            | Command::I2cSetSwBus
+            | Command::I2cTransfer
+            | Command::ConfigTmcuart
+            | Command::TmcuartSend
+            | Command::ConfigNeopixel
+            | Command::NeopixelUpdate
+            | Command::NeopixelSend
+            | Command::ConfigAdxl345
+            | Command::QueryAdxl345
+            | Command::QueryAdxl345Status => self.carry_out_on_bus(command, args),
             Command::ConfigButtons => self.config_buttons(args),
             Command::ButtonsAdd => self.buttons_add(args),
             Command::ButtonsQuery => self.buttons_query(args),
@@ -126,14 +137,62 @@ impl<B: Board> Controller<B> {
         }
     }
 
+    /// Carries out the commands of chips on buses, serial lines and strips of lights.
+    fn carry_out_on_bus(&mut self, command: Command, args: &Args<'_>) -> Outcome {
+        match command {
+            Command::ConfigSpi => self.config_spi(args.oid(), Some((args.at(1), args.at(2) != 0))),
+            Command::ConfigSpiWithoutCs => self.config_spi(args.oid(), None),
+            Command::SpiSetBus => self.spi_set_bus(args),
+            Command::SpiTransfer => self.spi_exchange(args, true),
+            Command::SpiSend => self.spi_exchange(args, false),
+            Command::ConfigSpiShutdown => self.config_spi_shutdown(args),
+            Command::SpiSetSwBus => self.spi_set_sw_bus(args),
+            Command::ConfigI2c => self.configure(args.oid(), Object::I2c(None)),
+            Command::I2cSetSwBus => self.i2c_set_sw_bus(args),
+            Command::I2cTransfer => self.i2c_transfer(args),
+            Command::ConfigTmcuart => self.config_tmcuart(args),
+            Command::TmcuartSend => self.tmcuart_send(args),
+            Command::ConfigNeopixel => self.config_neopixel(args),
+            Command::NeopixelUpdate => self.neopixel_update(args),
+            Command::NeopixelSend => self.neopixel_send(args),
+            Command::ConfigAdxl345 => self.config_adxl345(args),
+            Command::QueryAdxl345 => self.query_adxl345(args),
+            Command::QueryAdxl345Status => self.query_adxl345_status(args),
+            // The caller lists exactly the commands above.
+            _ => Err(Reason::InvalidCommand),
+        }
+    }
+
     /// Takes a job back, and goes on with the commands behind it.
     pub fn finish(&mut self, job: Job<B>) {
         self.job_is_out = false;
-        if let Some(Object::Spi(device)) = self.objects.get_mut(usize::from(job.oid)) {
-            device.chip = Some(job.chip);
-        }
-        if job.answers {
-            self.out.send_bytes(Response::SpiTransferred, &[u32::from(job.oid)], Some(&job.bytes));
+        let oid = job.oid;
+        match (job.work, self.objects.get_mut(usize::from(oid))) {
+            (Work::Spi { chip, bytes, answers }, Some(Object::Spi(device))) => {
+                device.chip = Some(chip);
+                if answers {
+                    self.out.send_bytes(Response::SpiTransferred, &[u32::from(oid)], Some(&bytes));
+                }
+            }
+            (Work::Accelerometer { chip, request, answer }, Some(Object::Accelerometer(sensor))) => {
+                let device = sensor.device;
+                if let Some(Object::Spi(spi)) = self.objects.get_mut(usize::from(device)) {
+                    spi.chip = Some(chip);
+                }
+                if let Some(answer) = answer {
+                    self.take_measurement(oid, request, &answer);
+                }
+            }
+            (Work::I2c { chip, outcome, .. }, Some(Object::I2c(device))) => {
+                *device = Some(chip);
+                let (status, bytes) = match &outcome {
+                    Ok(bytes) => (Status::Success, &bytes[..]),
+                    Err(status) => (*status, &[][..]),
+                };
+                self.out.send_bytes(Response::I2cOutcome, &[u32::from(oid), status as u32], Some(bytes));
+            }
+            // An object stays what it is until the reset.
+            (Work::Spi { .. } | Work::I2c { .. } | Work::Accelerometer { .. }, _) => {}
         }
         if let Some(rest) = self.rest.take() {
             self.execute(&rest.block, rest.done);

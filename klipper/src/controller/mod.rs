@@ -8,6 +8,7 @@ mod inputs;
 mod job;
 mod outputs;
 mod run;
+mod sensors;
 mod state;
 mod steppers;
 

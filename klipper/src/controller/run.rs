@@ -75,7 +75,14 @@ impl<B: Board> Controller<B> {
             Object::Trigger(_) => return self.look_at_trigger(oid, now),
             Object::Buttons(_) => return self.look_at_buttons(oid, due),
             Object::Counter(_) => return self.look_at_counter(oid, due),
-            Object::None | Object::Stepper(_) | Object::Spi(_) | Object::SpiShutdown(_) => None,
+            Object::Accelerometer(_) => return self.look_at_accelerometer(oid),
+            Object::TmcUart(_) => return self.look_at_tmcuart(oid, due),
+            Object::None
+            | Object::Stepper(_)
+            | Object::Spi(_)
+            | Object::SpiShutdown(_)
+            | Object::I2c(_)
+            | Object::Lights(_) => None,
         };
         self.timers.set_or_clear(oid, next);
         Ok(())

@@ -7,11 +7,12 @@ use crate::board::Board;
 use crate::moves::{Moves, Pool};
 use crate::numbers::CLOCK_HZ;
 use crate::objects::Object;
+use crate::objects::lights::{Lights, MOST_STRIPS};
 use crate::outbox::Outbox;
 use crate::reason::Reason;
 use crate::steppers::Steppers;
 use crate::table::Response;
-use crate::timers::{MAX_OBJECTS, STATISTICS, Timers};
+use crate::timers::{MAX_OBJECTS, SILENCE, STATISTICS, Timers};
 use crate::wire::Block;
 
 /// Outcome of a command.
@@ -58,6 +59,7 @@ pub struct Controller<B: Board> {
     pub(super) turns: Turns,
     pub(super) heard_at: u32,
     pub(super) is_silent: bool,
+    pub(super) strips: heapless::Vec<Lights<B::Strip>, MOST_STRIPS>,
     pub(super) job: Option<Job<B>>,
     pub(super) job_is_out: bool,
     pub(super) rest: Option<Rest>,
@@ -71,6 +73,7 @@ impl<B: Board> Controller<B> {
         let now = board.clock();
         let mut timers = Timers::new();
         timers.set(STATISTICS, now.wrapping_add(STATISTICS_TICKS));
+        timers.set(SILENCE, now);
         let mut out = Outbox::new();
         out.send(Response::Starting, &[]);
         Self {
@@ -85,12 +88,19 @@ impl<B: Board> Controller<B> {
             turns: Turns::default(),
             heard_at: now,
             is_silent: false,
+            strips: heapless::Vec::new(),
             job: None,
             job_is_out: false,
             rest: None,
             wants_reset: false,
             has_told_damage: false,
         }
+    }
+
+    /// Ends the controller, and gives its memory back: moves, and the step queue, which is empty then.
+    #[must_use]
+    pub fn into_memory(self) -> (&'static mut Moves, &'static StepQueue) {
+        (self.pool.into_moves(), self.steppers.into_queue())
     }
 
     /// Stops everything, and says why. Of several reasons the first one counts.
@@ -109,7 +119,14 @@ impl<B: Board> Controller<B> {
                 Object::Trigger(trigger) => trigger.shut_down(),
                 // Inputs go on reporting, so that the host sees temperatures.
                 Object::Analog(_) | Object::Buttons(_) | Object::Counter(_) => continue,
-                Object::None | Object::Stepper(_) | Object::Spi(_) | Object::SpiShutdown(_) => {}
+                Object::TmcUart(uart) => uart.shut_down(),
+                Object::None
+                | Object::Stepper(_)
+                | Object::Spi(_)
+                | Object::SpiShutdown(_)
+                | Object::I2c(_)
+                | Object::Accelerometer(_)
+                | Object::Lights(_) => {}
             }
             self.timers.clear(oid as u8);
         }

@@ -107,7 +107,7 @@ pub enum Due {
     Report,
     /// Fire with this reason.
     Expired(u8),
-    /// Nothing is due.
+    /// Nothing is due yet.
     Nothing,
 }
 

@@ -1,12 +1,17 @@
 //! Objects that a host configures, each with its number.
 
+pub mod accelerometer;
 pub mod analog;
 pub mod buttons;
 pub mod counter;
 pub mod endstop;
+pub mod i2c;
+pub mod lights;
 pub mod output;
 pub mod pwm;
+pub mod soft_spi;
 pub mod spi;
+pub mod tmc_uart;
 
 use crate::board::Board;
 
@@ -27,9 +32,17 @@ pub enum Object<B: Board> {
     /// A trigger that stops motors.
     Trigger(endstop::Trigger),
     /// A chip on an SPI bus.
-    Spi(spi::SpiDevice<B::Spi>),
+    Spi(spi::SpiDevice<B>),
     /// Bytes for a chip at a shutdown.
     SpiShutdown(spi::LastWords),
+    /// A chip on an I2C bus: once its pins are set, and while no bytes are exchanged.
+    I2c(Option<i2c::I2c<B>>),
+    /// An accelerometer at an SPI bus.
+    Accelerometer(accelerometer::Accelerometer),
+    /// A serial line of TMC drivers.
+    TmcUart(tmc_uart::TmcUart<B::Wire>),
+    /// A strip of lights, by its number.
+    Lights(u8),
     /// Buttons or an encoder.
     Buttons(buttons::Buttons<B::Input>),
     /// A tachometer of a fan.

@@ -1,5 +1,5 @@
-use super::bench::Bench;
 use crate::args::Args;
+use crate::desk::Bench;
 use crate::{Command, DICTIONARY, Reason, Response};
 
 fn fetched() -> Vec<u8> {

@@ -1,6 +1,6 @@
-//! Analog inputs, buttons, counters, chips on a bus.
+//! Analog inputs, buttons, counters.
 
-use super::bench::Bench;
+use crate::desk::Bench;
 use crate::{Command, Reason, Response};
 
 const MS: u32 = 200_000;
@@ -103,23 +103,4 @@ fn a_tachometer_counts_both_edges() {
     let (_, words, _) = said.iter().find(|(kind, ..)| *kind == Response::CounterState).expect("a count");
     assert_eq!(words[2], 30);
     assert!(words[3].wrapping_sub(begin) < 60 * MS);
-}
-
-#[test]
-fn a_chip_answers_in_turn_and_has_the_last_word() {
-    let mut bench = Bench::with_oids(2);
-    bench.tell(Command::ConfigSpi, &[0, 9 * 16 + 13, 0]);
-    // Before its bus is set, a chip gets nothing.
-    assert!(bench.tell_bytes(Command::SpiTransfer, &[0], &[1]).is_empty());
-    bench.tell(Command::SpiSetBus, &[0, 1, 3, 4_000_000]);
-    bench.tell_bytes(Command::ConfigSpiShutdown, &[1, 0], &[0xE]);
-    bench.finalize();
-    let mut content = Bench::message(Command::SpiTransfer, &[0], Some(&[1, 2, 3]));
-    content.extend(Bench::message(Command::SpiSend, &[0], Some(&[4, 5])));
-    content.extend(Bench::message(Command::GetClock, &[], None));
-    let kinds: Vec<_> = bench.block(&content).into_iter().map(|(kind, _, bytes)| (kind, bytes)).collect();
-    assert_eq!(kinds, [(Response::SpiTransferred, vec![3, 2, 1]), (Response::Clock, vec![])]);
-    bench.tell(Command::EmergencyStop, &[]);
-    let select = Some(9 * 16 + 13);
-    assert_eq!(*bench.wires.spi.borrow(), [(select, vec![1, 2, 3]), (select, vec![4, 5]), (select, vec![0xE])]);
 }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::bench::Bench;
+use crate::desk::Bench;
 use crate::wire::{BLOCK_BYTES, Framer, Incoming, write_block};
 use crate::{Command, Response};
 

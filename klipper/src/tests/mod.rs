@@ -1,4 +1,5 @@
-mod bench;
+mod accelerometer;
+mod buses;
 mod dictionary;
 mod inputs;
 mod line;

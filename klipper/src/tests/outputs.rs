@@ -1,6 +1,6 @@
 //! Outputs: at their times, and off when nobody renews them.
 
-use super::bench::Bench;
+use crate::desk::Bench;
 use crate::{Command, Reason, Response};
 
 const PIN: u32 = 64;

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::bench::Bench;
+use crate::desk::Bench;
 use crate::{Command, Response};
 
 const STEPPERS: u32 = 3;
@@ -195,7 +195,7 @@ fn the_memory_of_moves_is_as_large_as_it_says_and_comes_back() {
     for _ in 0..3 {
         let begin = bench.now().wrapping_add(40_000_000);
         bench.tell(Command::ResetStepClock, &[0, begin]);
-        // One move is under way, the others wait.
+        // The first move is under way, the others wait.
         for _ in 0..=4096 {
             assert!(bench.tell(Command::QueueStep, &[0, 2000, 1, 0]).is_empty());
         }

@@ -1,139 +1,29 @@
-//! A board of memory, and a host that speaks to it.
+//! A host that speaks to a controller, and lets time pass for it.
 
-use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use motion::queue::{StepEvent, StepQueue};
 
-use crate::board::{self, Board, MotorSettings, Pull, SpiSettings};
+use super::wires::{Desk, Wires};
 use crate::wire::{BLOCK_BYTES, Framer, Incoming, read_integer, write_block, write_integer};
-use crate::{Command, Controller, Moves, Reason, Response};
-
-/// Levels and bytes at the board's pins and chips.
-#[derive(Default)]
-pub struct Wires {
-    pub clock: Cell<u32>,
-    /// Every change of an output: clock, pin, level.
-    pub changes: RefCell<Vec<(u32, u32, bool)>>,
-    pub levels: RefCell<BTreeMap<u32, bool>>,
-    pub analog: Cell<Option<u16>>,
-    pub claimed: RefCell<Vec<u32>>,
-    pub pwm: RefCell<Vec<(u32, u16)>>,
-    pub spi: RefCell<Vec<(Option<u32>, Vec<u8>)>>,
-    pub has_begun: Cell<bool>,
-}
-
-pub struct Pin(Rc<Wires>, u32);
-
-impl board::Output for Pin {
-    fn set(&mut self, high: bool) {
-        if self.0.levels.borrow_mut().insert(self.1, high) != Some(high) {
-            self.0.changes.borrow_mut().push((self.0.clock.get(), self.1, high));
-        }
-    }
-}
-
-impl board::Input for Pin {
-    fn is_high(&self) -> bool {
-        self.0.levels.borrow().get(&self.1).copied().unwrap_or(false)
-    }
-}
-
-pub struct Chip(Rc<Wires>, Option<u32>);
-
-impl board::Spi for Chip {
-    fn exchange(&mut self, bytes: &mut [u8]) {
-        self.0.spi.borrow_mut().push((self.1, bytes.to_vec()));
-        bytes.reverse();
-    }
-}
-
-pub struct Desk(pub Rc<Wires>);
-
-impl Desk {
-    fn claim(&self, pin: u32) -> Option<()> {
-        let mut claimed = self.0.claimed.borrow_mut();
-        if pin >= 176 || claimed.contains(&pin) {
-            return None;
-        }
-        claimed.push(pin);
-        Some(())
-    }
-}
-
-impl Board for Desk {
-    type Output = Pin;
-    type Input = Pin;
-    type Analog = u32;
-    type Pwm = u32;
-    type Spi = Chip;
-
-    fn clock(&self) -> u32 {
-        self.0.clock.get()
-    }
-
-    fn clock_turns(&self) -> u32 {
-        0
-    }
-
-    fn output(&mut self, pin: u32, high: bool) -> Option<Pin> {
-        self.claim(pin)?;
-        self.0.levels.borrow_mut().insert(pin, high);
-        Some(Pin(self.0.clone(), pin))
-    }
-
-    fn input(&mut self, pin: u32, _pull: Pull) -> Option<Pin> {
-        self.claim(pin)?;
-        Some(Pin(self.0.clone(), pin))
-    }
-
-    fn analog(&mut self, pin: u32) -> Option<u32> {
-        Some(pin)
-    }
-
-    fn read_analog(&mut self, _input: u32) -> Option<u16> {
-        self.0.analog.get()
-    }
-
-    fn pwm(&mut self, pin: u32, _cycle_ticks: u32, value: u16) -> Result<u32, Reason> {
-        self.0.pwm.borrow_mut().push((pin, value));
-        Ok(pin)
-    }
-
-    fn set_pwm(&mut self, channel: u32, value: u16) {
-        self.0.pwm.borrow_mut().push((channel, value));
-    }
-
-    fn motor(&mut self, _index: usize, settings: MotorSettings) -> Option<()> {
-        self.claim(settings.step_pin)?;
-        self.claim(settings.dir_pin)
-    }
-
-    fn spi(&mut self, settings: SpiSettings) -> Result<Chip, Reason> {
-        Ok(Chip(self.0.clone(), settings.select))
-    }
-
-    fn begin(&mut self) {
-        self.0.has_begun.set(true);
-    }
-
-    fn power_outputs(&mut self, _on: bool) {}
-
-    fn read_factory(&self, _bytes: u8, address: u32) -> Option<u32> {
-        (address == 0x1FF1_E820).then_some(0x1234)
-    }
-
-    fn wake_steps(&self) {}
-}
+use crate::{Command, Controller, Moves, Response};
 
 /// A message of the board: its kind, its integers, its buffer.
 pub type Said = (Response, Vec<u32>, Vec<u8>);
 
+thread_local! {
+    /// Memory of boards that are no more.
+    static MEMORY: RefCell<Vec<(&'static mut Moves, &'static StepQueue)>> = const { RefCell::new(Vec::new()) };
+}
+
 /// A controller with a host at its line.
 pub struct Bench {
+    /// Levels of pins and bytes of chips.
     pub wires: Rc<Wires>,
+    /// The controller that the host speaks to.
     pub controller: Controller<Desk>,
+    /// Steps that wait to be played.
     pub queue: &'static StepQueue,
     /// Events that were played.
     pub played: Vec<StepEvent>,
@@ -141,6 +31,7 @@ pub struct Bench {
     due: u32,
     sequence: u8,
     reader: Framer,
+    /// Numbers of the board's empty blocks.
     pub acknowledged: Vec<u8>,
 }
 
@@ -150,8 +41,9 @@ impl Bench {
         let wires = Rc::new(Wires::default());
         wires.clock.set(clock);
         wires.analog.set(Some(2000));
-        let queue: &'static StepQueue = Box::leak(Box::new(StepQueue::new()));
-        let moves: &'static mut Moves = Box::leak(Box::new(Moves::new()));
+        let (moves, queue) = MEMORY
+            .with_borrow_mut(Vec::pop)
+            .unwrap_or_else(|| (Box::leak(Box::new(Moves::new())), Box::leak(Box::new(StepQueue::new()))));
         Self {
             controller: Controller::new(Desk(wires.clone()), moves, queue),
             wires,
@@ -164,6 +56,12 @@ impl Bench {
         }
     }
 
+    /// Gives the memory of the board to the next bench: whoever makes many must, as it lives for ever.
+    pub fn give_back(self) {
+        let memory = self.controller.into_memory();
+        MEMORY.with_borrow_mut(|all| all.push(memory));
+    }
+
     /// A board with so many objects to come.
     pub fn with_oids(count: u32) -> Self {
         let mut bench = Self::new(0xFFFF_0000);
@@ -171,11 +69,13 @@ impl Bench {
         bench
     }
 
+    /// Ends the configuration of objects.
     pub fn finalize(&mut self) {
         self.tell(Command::FinalizeConfig, &[7]);
         assert!(self.wires.has_begun.get());
     }
 
+    /// Returns the step clock.
     pub fn now(&self) -> u32 {
         self.wires.clock.get()
     }
@@ -211,20 +111,30 @@ impl Bench {
                 Some(Incoming::Damaged) => self.controller.damaged(),
                 None => {}
             }
-            while let Some(mut job) = self.controller.take_job() {
-                job.run();
-                self.controller.finish(job);
-            }
+            self.work();
         }
         // The board calls `run` behind each block.
         self.due = self.now();
         self.heard()
     }
 
+    /// Does the work on buses, in no time.
+    fn work(&mut self) {
+        while let Some(mut job) = self.controller.take_job() {
+            let now = self.now();
+            job.run(|| now);
+            self.controller.finish(job);
+            // The board calls `run` behind each job, as behind each block.
+            self.due = now;
+        }
+    }
+
+    /// Sends a message of integers, and returns what the board says to it.
     pub fn tell(&mut self, command: Command, integers: &[u32]) -> Vec<Said> {
         self.block(&Self::message(command, integers, None))
     }
 
+    /// Sends a message of integers with a buffer behind them.
     pub fn tell_bytes(&mut self, command: Command, integers: &[u32], bytes: &[u8]) -> Vec<Said> {
         self.block(&Self::message(command, integers, Some(bytes)))
     }
@@ -273,6 +183,7 @@ impl Bench {
             if self.due.wrapping_sub(now) as i32 <= 0 {
                 let wait = self.controller.run();
                 self.due = now.wrapping_add(wait);
+                self.work();
             }
             if self.now() == end {
                 return;
