@@ -78,7 +78,7 @@ impl PwmPins {
         match self.uses.get_mut(claimed.timer) {
             Some(Use::Lights) => {}
             Some(free @ Use::None) => {
-    /// Claims a pin for a strip of lights. A timer that sends to strips does nothing else.
+                // The first strip on a timer sets it up, so that its lines are low before pins follow.
                 self.lights.add(self.pwm.give_away(claimed.timer).ok_or(Reason::PwmOtherSpeed)?);
                 *free = Use::Lights;
             }
