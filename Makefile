@@ -178,7 +178,7 @@ peers-slicers: velvet
 peers-fuzz: velvet
 	@python3 peers/fuzz_rs274.py $(VELVET) out/peers/fuzz $(or $(SECONDS),60) $(SEED)
 
-## make fuzz [SECONDS=n] [TARGET=parser|program|console|http|websocket|form|json] [MINIMISE=1]
+## make fuzz [SECONDS=n] [TARGET=parser|program|console|http|websocket|form|json|klipper] [MINIMISE=1]
 ##                               any input: no panic, no hang, no motion outside limits; needs a C++ compiler
 fuzz: target/toolchain.mk
 	@CARGO="$(CARGO)" SECONDS_EACH="$(SECONDS)" TARGET="$(TARGET)" MINIMISE="$(MINIMISE)" scripts/fuzz.sh

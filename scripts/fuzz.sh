@@ -2,13 +2,13 @@
 # Runs the targets under the coverage-guided engine, on the kept corpus and what earlier runs have found.
 #
 #   CARGO    the cargo that builds host crates
-#   TARGET   parser, program, console, http, websocket, form, json, or nothing for all of them in turn
+#   TARGET   parser, program, console, http, websocket, form, json, klipper, or nothing for all of them in turn
 #   SECONDS_EACH  how long each runs, 60 s when empty
 #   MINIMISE not empty: afterwards the corpus becomes the least set of inputs that reach what is known to be reached
 set -eu
 out=out/fuzz
 seconds=${SECONDS_EACH:-60}
-targets=${TARGET:-parser program console http websocket form json}
+targets=${TARGET:-parser program console http websocket form json klipper}
 host=$($CARGO -vV | sed -n 's/^host: //p')
 command -v c++ >/dev/null || { echo "fuzz: a C++ compiler builds the engine: install g++" >&2; exit 1; }
 

@@ -2,7 +2,8 @@
 //!
 //! Targets are functions of bytes that panic when something is wrong: [`parser`] (bytes to words),
 //! [`program`] (lines to actions), [`console`] (a whole machine on the native runner, with input at its
-//! consoles), and four of the web server ([`web`]). Targets run in three ways: on the kept corpus and on
+//! consoles), four of the web server ([`web`]), and a Klipper
+//! host's line ([`klipper`]). Targets run in three ways: on the kept corpus and on
 //! generated inputs of a fixed seed in `make test` (`tests/`), and under a coverage-guided engine in
 //! `make fuzz` (`engine/`).
 //!
@@ -15,6 +16,7 @@
 pub mod console;
 pub mod dice;
 pub mod grammar;
+pub mod klipper;
 pub mod mutation;
 pub mod parser;
 pub mod program;
@@ -70,7 +72,7 @@ impl Target {
 }
 
 /// All targets of the crate.
-pub const TARGETS: [Target; 7] = [
+pub const TARGETS: [Target; 8] = [
     Target { name: "parser", run: parser::run, language: Language::Lines { directions: &[], lines: 12 } },
     Target {
         name: "program",
@@ -86,4 +88,5 @@ pub const TARGETS: [Target; 7] = [
     Target { name: "websocket", run: web::websocket::run, language: Language::Pieces(web::websocket::PIECES) },
     Target { name: "form", run: web::form::run, language: Language::Pieces(web::form::PIECES) },
     Target { name: "json", run: web::json::run, language: Language::Pieces(web::json::PIECES) },
+    Target { name: "klipper", run: klipper::run, language: Language::Pieces(klipper::PIECES) },
 ];

@@ -83,6 +83,16 @@ fn generated_for_the_web_server() {
 }
 
 #[test]
+fn corpus_of_a_klipper_host() {
+    replay("klipper");
+}
+
+#[test]
+fn generated_for_a_klipper_host() {
+    generated("klipper", 8, 4_000);
+}
+
+#[test]
 fn generated_for_the_parser() {
     generated("parser", 1, 8_000);
 }

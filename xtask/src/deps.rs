@@ -146,7 +146,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("on-target", &["units", "events", "config", "motion", "tmc", "drivers", "base", "bsp-prime"]),
-    ("fuzz", &["units", "gcode", "program", "config", "motion", "thermal", "base", "http", "sim"]),
+    ("fuzz", &["units", "gcode", "program", "config", "motion", "thermal", "base", "http", "klipper", "sim"]),
     ("fuzz-engine", &["fuzz"]),
     (
         "host",
