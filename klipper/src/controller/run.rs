@@ -6,7 +6,7 @@ use crate::numbers::CLOCK_HZ;
 use crate::objects::Object;
 use crate::reason::Reason;
 use crate::table::Response;
-use crate::timers::{SILENCE, STATISTICS};
+use crate::timers::{MAX_OBJECTS, SILENCE, STATISTICS};
 
 /// Time between two looks whether the host speaks: 50 ms.
 const SILENCE_LOOK_TICKS: u32 = CLOCK_HZ / 20;
@@ -27,7 +27,8 @@ impl<B: Board> Controller<B> {
             if ahead > 0 {
                 break;
             }
-            if ahead < -MOST_LATE_TICKS && self.shutdown.is_none() {
+            // The controller's own timers may be late: they are set before the board has come up.
+            if ahead < -MOST_LATE_TICKS && usize::from(object) < MAX_OBJECTS {
                 self.shut_down(Reason::RescheduledInPast);
             }
             let due = now.wrapping_add(ahead as u32);

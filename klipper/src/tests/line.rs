@@ -44,6 +44,14 @@ fn answers_come_before_the_acknowledgement_and_bear_the_new_number() {
 }
 
 #[test]
+fn a_board_that_takes_long_to_come_up_is_not_shut_down() {
+    let mut bench = Bench::new(0);
+    bench.wires.clock.set(40_000_000);
+    bench.controller.run();
+    assert_eq!(bench.tell(Command::GetConfig, &[]).pop().expect("an answer").1, [0, 0, 0, 4096]);
+}
+
+#[test]
 fn what_an_old_host_sends_first_costs_one_nak() {
     let mut bench = Bench::new(0);
     bench.heard();

@@ -151,6 +151,8 @@ fn a_switch_stops_the_motor_and_the_host_learns_when() {
         bench.heard().into_iter().filter(|(kind, words, _)| *kind == Response::TrsyncState && words[1] == 0).collect();
     assert_eq!(fired.len(), 1);
     assert_eq!(fired[0].1[..3], [TRIGGER, 0, 1]);
+    // The host ends the search before it asks when the switch was seen.
+    bench.tell(Command::EndstopHome, &[TRIGGER + 1, 0, 0, 0, 0, 0, 0, 0]);
     let state = bench.tell(Command::EndstopQueryState, &[TRIGGER + 1]).pop().expect("an answer").1;
     let seen = state[2].wrapping_sub(20_000);
     assert_eq!((state[1], state[3]), (0, 1));
