@@ -200,6 +200,11 @@ impl Steppers {
         ahead.position
     }
 
+    /// Whether the step interrupt has something to play.
+    pub fn has_steps_to_play(&self) -> bool {
+        !self.queue.is_empty()
+    }
+
     /// Counts of the events that wait to be played.
     fn unplayed(&self) -> impl DoubleEndedIterator<Item = u32> + use<> {
         let (played, length) = (self.queue.played(), self.queue.len() as u32);

@@ -39,7 +39,8 @@ impl<B: Board> Controller<B> {
         }
         let now = self.board.clock();
         let steps = self.steppers.write(now, &mut self.pool);
-        if steps.is_some() {
+        // Also behind the last step of all, when nothing more is to be written.
+        if self.steppers.has_steps_to_play() {
             self.board.wake_steps();
         }
         let timer = self.timers.first(now).map_or(u32::MAX, |(_, ahead)| ahead.max(0) as u32);

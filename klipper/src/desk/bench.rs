@@ -29,6 +29,9 @@ pub struct Bench {
     pub played: Vec<StepEvent>,
     /// Clock at which [`Controller::run`] is due.
     due: u32,
+    /// The step interrupt will come for the next event, as on the board: it looks at the queue when it is woken
+    /// and when it plays, and at no other time.
+    is_armed: bool,
     sequence: u8,
     reader: Framer,
     /// Numbers of the board's empty blocks.
@@ -50,6 +53,7 @@ impl Bench {
             queue,
             played: Vec::new(),
             due: clock,
+            is_armed: false,
             sequence: 0,
             reader: Framer::new(),
             acknowledged: Vec::new(),
@@ -166,7 +170,8 @@ impl Bench {
         let end = self.now().wrapping_add(ticks);
         loop {
             let now = self.now();
-            let step = self.queue.front().map_or(i32::MAX, |event| event.at.wrapping_sub(now) as i32);
+            let next = self.queue.front().filter(|_| self.is_armed);
+            let step = next.map_or(i32::MAX, |event| event.at.wrapping_sub(now) as i32);
             let due = self.due.wrapping_sub(now) as i32;
             let left = end.wrapping_sub(now) as i32;
             assert!(step >= 0, "an event is {} ticks late", -step);
@@ -176,14 +181,16 @@ impl Bench {
                 return;
             }
             let now = self.now();
-            while let Some(event) = self.queue.front().filter(|event| event.at == now) {
+            while let Some(event) = self.queue.front().filter(|event| self.is_armed && event.at == now) {
                 self.queue.advance();
                 self.played.push(event);
             }
+            self.is_armed &= !self.queue.is_empty();
             if self.due.wrapping_sub(now) as i32 <= 0 {
                 let wait = self.controller.run();
                 self.due = now.wrapping_add(wait);
                 self.work();
+                self.is_armed |= self.wires.steps_woken.take();
             }
             if self.now() == end {
                 return;

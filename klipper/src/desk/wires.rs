@@ -37,6 +37,8 @@ pub struct Wires {
     pub chip: RefCell<I2cChip>,
     /// Samples in the FIFO of an ADXL345: x, y, z.
     pub accelerations: RefCell<VecDeque<[i16; 3]>>,
+    /// The step interrupt was asked to look at its queue.
+    pub steps_woken: Cell<bool>,
     /// Colours that were sent to strips.
     pub strips: RefCell<Vec<Vec<u8>>>,
     /// Strips take nothing now.
@@ -219,5 +221,7 @@ impl Board for Desk {
         (address == 0x1FF1_E820).then_some(0x1234)
     }
 
-    fn wake_steps(&self) {}
+    fn wake_steps(&self) {
+        self.0.steps_woken.set(true);
+    }
 }
