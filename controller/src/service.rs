@@ -100,6 +100,9 @@ impl Service {
         let now = time::now();
         usb::look_for_room();
         self.spoken = self.spoken.filter(|spoken| now.since(*spoken) < SILENCE);
+        if self.updates.wants_rest() && controller.lock(|controller| controller.is_at_rest()) {
+            self.updates.confirm();
+        }
         if self.updates.look(self.spoken.is_none()) {
             fault::reset_as_asked();
         }

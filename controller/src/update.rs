@@ -53,6 +53,12 @@ impl Updates {
         rescue::look(card, &mut self.flash, running, cause)
     }
 
+    /// Whether this image is to be confirmed, as soon as no motor moves: while the flash is written, no
+    /// interrupt can be fetched from it.
+    pub fn wants_rest(&self) -> bool {
+        !self.has_served && time::now() > TRIAL
+    }
+
     /// Does what is due. Returns whether the firmware download was asked for, of which the boot stage knows
     /// then: a reset leads there.
     pub fn look(&mut self, may_leave: bool) -> bool {
@@ -60,9 +66,6 @@ impl Updates {
         if !self.has_run && now > SECOND_PRESS {
             self.has_run = true;
             boot_request::forget_button();
-        }
-        if now > TRIAL {
-            self.confirm();
         }
         MAY_LEAVE.store(may_leave, Ordering::Relaxed);
         let asked = ASKED.swap(false, Ordering::Relaxed);

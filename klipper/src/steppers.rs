@@ -205,6 +205,11 @@ impl Steppers {
         !self.queue.is_empty()
     }
 
+    /// Whether no motor has a step to make.
+    pub fn are_at_rest(&self) -> bool {
+        self.queue.is_empty() && self.list.iter().all(|stepper| stepper.count == 0)
+    }
+
     /// Counts of the events that wait to be played.
     fn unplayed(&self) -> impl DoubleEndedIterator<Item = u32> + use<> {
         let (played, length) = (self.queue.played(), self.queue.len() as u32);

@@ -211,6 +211,11 @@ impl<B: Board> Controller<B> {
         self.job.is_some() || self.job_is_out || self.rest.is_some()
     }
 
+    /// Whether no motor has a step to make.
+    pub fn is_at_rest(&self) -> bool {
+        self.steppers.are_at_rest()
+    }
+
     /// Takes bytes for the host. Returns how many.
     pub fn fetch(&mut self, into: &mut [u8]) -> usize {
         self.out.fetch(into)
