@@ -19,6 +19,8 @@ const HORIZON: u32 = 100_000;
 const LEAST_LEAD: u32 = HORIZON + 4 * TURN_AHEAD;
 /// A direction is set so long before the step, if there is room: 2 us.
 const TURN_AHEAD: u32 = 400;
+/// A step that is to be written so late is a host that asks for too much: 1 ms, as in Klipper's own firmware.
+const MOST_LATE: i32 = 200_000;
 /// Time until the queue is looked at again when it was full: the time in which the fastest motors empty a
 /// quarter of it.
 const FULL_WAIT: u32 = 10_000;
@@ -245,7 +247,10 @@ impl Steppers {
 
     /// Writes events up to the horizon. Returns in how many ticks it wants to write again; `None` when every
     /// motor is at rest.
-    pub fn write(&mut self, now: u32, pool: &mut Pool) -> Option<u32> {
+    ///
+    /// # Errors
+    /// Steps are asked for faster than they can be made: the next one is a millisecond late.
+    pub fn write(&mut self, now: u32, pool: &mut Pool) -> Result<Option<u32>, Reason> {
         let Self { list, queue } = self;
         let mut writer = queue.writer(u32::MAX);
         loop {
@@ -263,12 +268,15 @@ impl Steppers {
                     limit = limit.min(ahead);
                 }
             }
-            let stepper = list.get_mut(first)?;
+            let Some(stepper) = list.get_mut(first) else { return Ok(None) };
             if distance > HORIZON as i32 {
-                return Some(distance as u32 - HORIZON / 2);
+                return Ok(Some(distance as u32 - HORIZON / 2));
+            }
+            if distance < -MOST_LATE {
+                return Err(Reason::StepperTooLate);
             }
             if !write_run(stepper, first, now, limit, pool, &mut writer) {
-                return Some(FULL_WAIT);
+                return Ok(Some(FULL_WAIT));
             }
         }
     }

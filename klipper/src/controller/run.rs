@@ -15,6 +15,8 @@ const SILENCE_LOOK_TICKS: u32 = CLOCK_HZ / 20;
 const SILENCE_TICKS: u32 = CLOCK_HZ / 20 * 19;
 /// A timer that is later than this is a firmware that cannot keep up: 1 ms.
 const MOST_LATE_TICKS: i32 = CLOCK_HZ as i32 / 1000;
+/// Commands have no time left for so long: steps take it all. 0.3 s, before the watchdog resets the board.
+const MOST_WITHOUT_TURN: u32 = CLOCK_HZ / 10 * 3;
 /// Timers of one call of [`Controller::run`] at most: then whoever waits for the lock has a turn.
 const MOST_TIMERS: usize = 32;
 
@@ -38,7 +40,13 @@ impl<B: Board> Controller<B> {
             }
         }
         let now = self.board.clock();
-        let steps = self.steppers.write(now, &mut self.pool);
+        if now.wrapping_sub(self.turned_at) > MOST_WITHOUT_TURN && !self.steppers.are_at_rest() {
+            self.shut_down(Reason::StepperTooLate);
+        }
+        let steps = self.steppers.write(now, &mut self.pool).unwrap_or_else(|reason| {
+            self.shut_down(reason);
+            None
+        });
         // Also behind the last step of all, when nothing more is to be written.
         if self.steppers.has_steps_to_play() {
             self.board.wake_steps();

@@ -57,6 +57,8 @@ pub struct Controller<B: Board> {
     /// First reason of the shutdown that the board is in.
     pub(super) shutdown: Option<Reason>,
     pub(super) turns: Turns,
+    /// Time of the last turn of that task.
+    pub(super) turned_at: u32,
     pub(super) heard_at: u32,
     pub(super) is_silent: bool,
     pub(super) strips: heapless::Vec<Lights<B::Strip>, MOST_STRIPS>,
@@ -86,6 +88,7 @@ impl<B: Board> Controller<B> {
             out,
             shutdown: None,
             turns: Turns::default(),
+            turned_at: now,
             heard_at: now,
             is_silent: false,
             strips: heapless::Vec::new(),

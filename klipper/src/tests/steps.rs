@@ -192,6 +192,35 @@ fn steps_that_come_too_late_are_a_shutdown_and_none_is_made() {
 }
 
 #[test]
+fn a_host_that_asks_for_too_many_steps_is_stopped() {
+    let mut bench = bench();
+    let begin = bench.now().wrapping_add(20_000_000);
+    bench.tell(Command::ResetStepClock, &[0, begin]);
+    bench.tell(Command::QueueStep, &[0, 10, 60_000, 0]);
+    // Nobody plays them: the queue is full until the next step is a millisecond late.
+    bench.wires.clock.set(begin);
+    bench.controller.run();
+    bench.wires.clock.set(begin.wrapping_add(150_000));
+    bench.controller.run();
+    assert!(bench.heard().iter().all(|(kind, ..)| *kind != Response::Shutdown));
+    bench.wires.clock.set(begin.wrapping_add(300_000));
+    bench.controller.run();
+    let reason = u32::from(crate::Reason::StepperTooLate.number());
+    assert!(bench.heard().iter().any(|(kind, words, _)| *kind == Response::Shutdown && words[1] == reason));
+}
+
+#[test]
+fn a_board_without_time_for_commands_is_stopped() {
+    let mut bench = bench();
+    let begin = bench.now().wrapping_add(20_000_000);
+    bench.tell(Command::ResetStepClock, &[0, begin]);
+    bench.tell(Command::QueueStep, &[0, 300_000_000, 1, 0]);
+    bench.wires.clock.set(begin.wrapping_add(70_000_000));
+    bench.controller.run();
+    assert!(bench.heard().iter().any(|(kind, ..)| *kind == Response::Shutdown));
+}
+
+#[test]
 fn the_memory_of_moves_is_as_large_as_it_says_and_comes_back() {
     let mut bench = bench();
     for _ in 0..3 {
