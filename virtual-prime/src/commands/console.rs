@@ -17,6 +17,7 @@ use super::log::{Log, texts};
 use super::machine::BoardOptions;
 use super::net::{NetOptions, NetSocket};
 use super::onlooker::Onlooker;
+use super::pace::{self, Pace};
 use super::serial::SerialSocket;
 use super::usb::{UsbOptions, UsbSocket};
 
@@ -24,6 +25,8 @@ use super::usb::{UsbOptions, UsbSocket};
 const SLICE: Duration = Duration::from_millis(5);
 /// Virtual time between two rounds while a computer or a network is plugged in: a frame of USB.
 const FRAME: Duration = Duration::from_millis(1);
+/// Virtual time between two rounds for a program that measures how long an answer takes.
+const PACED_SLICE: Duration = Duration::from_micros(500);
 /// Longest silence of our image between two of its first words. Input before its consoles are up is lost, as
 /// on the board, so a pipe is held until then.
 const FIRST_WORDS_NS: u64 = 200_000_000;
@@ -54,6 +57,11 @@ pub struct Options {
     /// End after this many seconds.
     #[arg(long)]
     until: Option<f64>,
+    /// Share of real time at which the board runs, for a program that fits its clock to the board's: never
+    /// faster on the mean, and never more than twice as fast to catch up. Without it the board keeps real
+    /// time and makes up for lost time at once.
+    #[arg(long, value_parser = pace::parse)]
+    pace: Option<f64>,
     /// An image that is not ours, which may lose what it is told while it boots: what is typed waits for its
     /// first words.
     #[arg(long)]
@@ -104,9 +112,13 @@ impl Sockets {
         Ok(Self { serial, usb: UsbSocket::open(&options.usb)?, net: NetSocket::open(&options.net)?, onlooker })
     }
 
-    fn slice(&self) -> Duration {
+    fn slice(&self, is_paced: bool) -> Duration {
         let usb = self.usb.as_ref().is_some_and(UsbSocket::is_plugged);
-        if usb || self.net.is_some() { FRAME } else { SLICE }
+        match (is_paced, usb || self.net.is_some()) {
+            (true, _) => PACED_SLICE,
+            (_, true) => FRAME,
+            _ => SLICE,
+        }
     }
 
     /// Serves all sockets, both ways. Returns the board's bytes on the debug console.
@@ -158,9 +170,10 @@ pub fn run(options: &Options) -> Result<(), String> {
     let mut vm =
         Vm::start(board, &options.board.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let mut desk = Desk::new(options);
+    let mut pace = options.pace.map_or_else(Pace::real_time, Pace::steady);
     let began = Instant::now();
     let ended = loop {
-        let span = vm.run_for(sockets.slice().as_nanos() as u64);
+        let span = vm.run_for(sockets.slice(options.pace.is_some()).as_nanos() as u64);
         let said = sockets.serve(&mut vm, &world);
         let moved = take_steps(&world, &mut recorder, &said).map_err(|error| error.to_string())?;
         log.take(&std::mem::take(&mut records.lock().rtt), &mut io::stderr().lock());
@@ -179,8 +192,8 @@ pub fn run(options: &Options) -> Result<(), String> {
         if desk.is_over(vm.now_ns(), options.until.is_some()) {
             break Ok(());
         }
-        let ahead = Duration::from_nanos(vm.now_ns()).saturating_sub(began.elapsed());
-        thread::sleep(ahead);
+        let next = pace.next(Duration::from_nanos(vm.now_ns()), began.elapsed());
+        thread::sleep(next.saturating_sub(began.elapsed()));
     };
     if let Some(recorder) = recorder {
         let errors = ended.as_ref().err().cloned().into_iter().collect();

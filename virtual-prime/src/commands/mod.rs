@@ -9,6 +9,7 @@ pub mod machine;
 pub mod net;
 mod network_load;
 pub mod onlooker;
+pub mod pace;
 pub mod run;
 pub mod serial;
 pub mod test;
