@@ -26,7 +26,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check macros klipper-files bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check macros klipper-files klippy bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
 .PHONY: web page test-web test-page
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
@@ -194,6 +194,15 @@ klipper-files: target/toolchain.mk
 	@test -n "$(DIR)" || { echo "make klipper-files: say which folder with DIR=folder"; exit 2; }
 	@$(CARGO) build -q --locked -p host
 	@python3 scripts/klipper_files.py target/debug/velvet "$(DIR)" out/klipper-files
+
+## make klippy KLIPPER=folder [ONLY="home print"] [PACE=0.25 | LOCK=1] [GCODE=f.gcode] [ELF=image | MODEL=1]
+##                               Klipper's host program out of this folder, unmodified, against the image controller on the virtual board:
+##                               a table in out/klippy; LOCK=1 has them on one clock, MODEL=1 needs no image
+klippy: $(if $(MODEL),,virtual-prime)
+	@test -n "$(KLIPPER)" || { echo "make klippy: say where Klipper's tree is with KLIPPER=folder"; exit 2; }
+	@python3 peers/klippy/run.py "$(KLIPPER)" out/klippy $(if $(MODEL),--model,--console $(VPRIME) \
+	    --elf "$(if $(filter $(IMAGE),$(ELF)),target/$(TRIPLE)/release/controller,$(ELF))") \
+	    $(if $(LOCK),--lock) $(if $(PACE),--pace $(PACE)) $(if $(GCODE),--print "$(GCODE)") $(if $(ONLY),--only $(ONLY))
 
 test-lint: target/toolchain.mk
 	@echo "== rules and lints"
