@@ -2,8 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::Args;
 use sim::output::{Outcome, Recorder};
@@ -13,11 +12,12 @@ use virtual_prime::instruments::{Instruments, Probe};
 use virtual_prime::typed::Typed;
 use virtual_prime::vm::{Span, Vm};
 
+use super::clock_file::{BOARDS, ClockFile};
 use super::log::{Log, texts};
 use super::machine::BoardOptions;
 use super::net::{NetOptions, NetSocket};
 use super::onlooker::Onlooker;
-use super::pace::{self, Pace};
+use super::pace::{self, FOLLOWED_SLICE, Pace, Timing};
 use super::serial::SerialSocket;
 use super::usb::{UsbOptions, UsbSocket};
 
@@ -25,8 +25,6 @@ use super::usb::{UsbOptions, UsbSocket};
 const SLICE: Duration = Duration::from_millis(5);
 /// Virtual time between two rounds while a computer or a network is plugged in: a frame of USB.
 const FRAME: Duration = Duration::from_millis(1);
-/// Virtual time between two rounds for a program that measures how long an answer takes.
-const PACED_SLICE: Duration = Duration::from_micros(500);
 /// Longest silence of our image between two of its first words. Input before its consoles are up is lost, as
 /// on the board, so a pipe is held until then.
 const FIRST_WORDS_NS: u64 = 200_000_000;
@@ -62,6 +60,13 @@ pub struct Options {
     /// time and makes up for lost time at once.
     #[arg(long, value_parser = pace::parse)]
     pace: Option<f64>,
+    /// Page for lock step with a host program that has this board's time for its own: the board goes on only
+    /// while the host waits and no byte of the debug port is on its way.
+    #[arg(long, conflicts_with = "pace")]
+    clock_file: Option<PathBuf>,
+    /// Number of this board among those that share the page.
+    #[arg(long, default_value_t = 0, requires = "clock_file", value_parser = clap::value_parser!(u8).range(..BOARDS as i64))]
+    clock_slot: u8,
     /// An image that is not ours, which may lose what it is told while it boots: what is typed waits for its
     /// first words.
     #[arg(long)]
@@ -79,6 +84,18 @@ impl Options {
             None if !self.foreign && io::stdin().is_terminal() => Opening::AtOnce,
             None => Opening::AfterFirstWords,
         }
+    }
+
+    /// Whether a program on this computer reads the board's time.
+    const fn is_followed(&self) -> bool {
+        self.pace.is_some() || self.clock_file.is_some()
+    }
+
+    fn timing(&self) -> Result<Timing, String> {
+        Ok(match &self.clock_file {
+            Some(path) => Timing::Locked(ClockFile::open(path, usize::from(self.clock_slot))?),
+            None => Timing::paced(self.pace.map_or_else(Pace::real_time, Pace::steady)),
+        })
     }
 
     const fn first_words_ns(&self) -> u64 {
@@ -112,10 +129,10 @@ impl Sockets {
         Ok(Self { serial, usb: UsbSocket::open(&options.usb)?, net: NetSocket::open(&options.net)?, onlooker })
     }
 
-    fn slice(&self, is_paced: bool) -> Duration {
+    fn slice(&self, is_followed: bool) -> Duration {
         let usb = self.usb.as_ref().is_some_and(UsbSocket::is_plugged);
-        match (is_paced, usb || self.net.is_some()) {
-            (true, _) => PACED_SLICE,
+        match (is_followed, usb || self.net.is_some()) {
+            (true, _) => FOLLOWED_SLICE,
             (_, true) => FRAME,
             _ => SLICE,
         }
@@ -170,10 +187,11 @@ pub fn run(options: &Options) -> Result<(), String> {
     let mut vm =
         Vm::start(board, &options.board.elf, Some(Box::new(instruments))).map_err(|error| error.to_string())?;
     let mut desk = Desk::new(options);
-    let mut pace = options.pace.map_or_else(Pace::real_time, Pace::steady);
-    let began = Instant::now();
+    let mut timing = options.timing()?;
+    let slice_ns = |sockets: &Sockets| sockets.slice(options.is_followed()).as_nanos() as u64;
     let ended = loop {
-        let span = vm.run_for(sockets.slice(options.pace.is_some()).as_nanos() as u64);
+        let goes = timing.may_go(vm.now_ns(), sockets.serial[0].traffic())?;
+        let span = if goes { vm.run_for(slice_ns(&sockets)) } else { Span::Reached };
         let said = sockets.serve(&mut vm, &world);
         let moved = take_steps(&world, &mut recorder, &said).map_err(|error| error.to_string())?;
         log.take(&std::mem::take(&mut records.lock().rtt), &mut io::stderr().lock());
@@ -192,8 +210,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         if desk.is_over(vm.now_ns(), options.until.is_some()) {
             break Ok(());
         }
-        let next = pace.next(Duration::from_nanos(vm.now_ns()), began.elapsed());
-        thread::sleep(next.saturating_sub(began.elapsed()));
+        timing.rest(vm.now_ns(), goes)?;
     };
     if let Some(recorder) = recorder {
         let errors = ended.as_ref().err().cloned().into_iter().collect();

@@ -1,6 +1,7 @@
 //! Subcommands, a module for each, and their shared parts.
 
 pub mod bench;
+pub mod clock_file;
 pub mod computer;
 pub mod console;
 pub mod job;

@@ -1,9 +1,17 @@
 //! Pace of a live board: how much virtual time goes by in a second of the computer's.
 
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::clock_file::{ClockFile, Traffic, Turn};
 
 /// Rate of catching up, in multiples of the pace.
 const CATCH_UP: f64 = 2.0;
+/// Virtual time between two rounds where a program follows the time of the board: how long an answer takes
+/// is a part of what it measures.
+pub const FOLLOWED_SLICE: Duration = Duration::from_micros(500);
+/// Time to the next look at the page where the board has to wait.
+const ASK_AGAIN: Duration = Duration::from_micros(30);
 
 /// Reads a pace from the command line.
 ///
@@ -48,6 +56,53 @@ impl Pace {
         self.reached = now;
         self.released = elapsed.max(mean).max(soonest);
         self.released
+    }
+}
+
+/// What decides when a live board goes on.
+pub enum Timing {
+    /// The computer's clock.
+    Paced(Pace, Instant),
+    /// A host program, in lock step.
+    Locked(ClockFile),
+}
+
+impl Timing {
+    /// Begins now, with the board at power-on.
+    pub fn paced(pace: Pace) -> Self {
+        Self::Paced(pace, Instant::now())
+    }
+
+    /// Whether the next slice may be run.
+    ///
+    /// # Errors
+    /// When the page of the lock step cannot be read.
+    pub fn may_go(&mut self, now_ns: u64, traffic: Traffic) -> Result<bool, String> {
+        let Self::Locked(page) = self else { return Ok(true) };
+        match page.turn(now_ns, traffic).map_err(|error| error.to_string())? {
+            Turn::Go => Ok(true),
+            Turn::Wait => Ok(false),
+            Turn::Alone => {
+                thread::sleep(FOLLOWED_SLICE);
+                Ok(true)
+            }
+        }
+    }
+
+    /// Waits until the time after a slice, which has brought the board to this instant if it was run.
+    ///
+    /// # Errors
+    /// When the page of the lock step cannot be written.
+    pub fn rest(&mut self, now_ns: u64, has_run: bool) -> Result<(), String> {
+        match self {
+            Self::Paced(pace, began) => {
+                let next = pace.next(Duration::from_nanos(now_ns), began.elapsed());
+                thread::sleep(next.saturating_sub(began.elapsed()));
+            }
+            Self::Locked(page) if has_run => page.tell(now_ns).map_err(|error| error.to_string())?,
+            Self::Locked(_) => thread::sleep(ASK_AGAIN),
+        }
+        Ok(())
     }
 }
 

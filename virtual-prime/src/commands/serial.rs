@@ -6,10 +6,15 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use virtual_prime::console::Line;
 use virtual_prime::typed::AHEAD;
 
+use super::clock_file::Traffic;
+
 /// A serial port on TCP: the latest client to connect has the wire.
 pub struct SerialSocket {
     listener: TcpListener,
     client: Option<TcpStream>,
+    /// Bytes from all clients so far, and to them.
+    heard: u64,
+    said: u64,
     /// Serial line to the board.
     pub line: Line,
 }
@@ -22,7 +27,7 @@ impl SerialSocket {
     pub fn open(port: u16, line: Line) -> io::Result<Self> {
         let listener = TcpListener::bind(("127.0.0.1", port))?;
         listener.set_nonblocking(true)?;
-        Ok(Self { listener, client: None, line })
+        Ok(Self { listener, client: None, heard: 0, said: 0, line })
     }
 
     /// Returns the listening address.
@@ -44,7 +49,10 @@ impl SerialSocket {
         {
             match client.read(&mut bytes) {
                 Ok(0) => self.client = None,
-                Ok(count) => self.line.send(&bytes[..count]),
+                Ok(count) => {
+                    self.heard += count as u64;
+                    self.line.send(&bytes[..count]);
+                }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                 Err(_) => self.client = None,
             }
@@ -53,11 +61,18 @@ impl SerialSocket {
 
     /// Sends bytes to the client. A client that does not take its bytes loses them, as on a wire.
     pub fn say(&mut self, bytes: &[u8]) {
-        if let Some(client) = &mut self.client
-            && !bytes.is_empty()
-            && client.write_all(bytes).is_err_and(|error| error.kind() != io::ErrorKind::WouldBlock)
-        {
+        if bytes.is_empty() {
+            return;
+        }
+        let Some(client) = &mut self.client else { return };
+        self.said += bytes.len() as u64;
+        if client.write_all(bytes).is_err_and(|error| error.kind() != io::ErrorKind::WouldBlock) {
             self.client = None;
         }
+    }
+
+    /// Returns what has passed so far.
+    pub fn traffic(&self) -> Traffic {
+        Traffic { heard: self.heard, said: self.said, has_room: self.line.unsent() < AHEAD }
     }
 }
