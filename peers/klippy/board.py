@@ -203,7 +203,9 @@ class Board:
         self.line.close()
         self.watch.close()
         self.log.close()
+        # A board ends when nobody takes its words any more; one that says nothing, when its input ends.
         self.listening = False
+        self.process.stdin.close()
         try:
             self.process.wait(END_S)
         except subprocess.TimeoutExpired:

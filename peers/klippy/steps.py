@@ -195,7 +195,7 @@ def read_steps(path):
     """Time and direction of each motor's steps."""
     made = {}
     with open(path) as file:
-        next(file)
+        next(file, None)
         for line in file:
             at, name, direction = line.split(",")
             times, directions = made.setdefault(name, (array("q"), array("b")))
