@@ -45,6 +45,8 @@ struct page {
     struct board boards[BOARDS];
     /* Goes up whenever a thread begins or ends to wait. */
     _Atomic uint64_t turns;
+    /* Bytes in the host's own pipes, by which its threads wake each other. */
+    _Atomic uint64_t piped;
     /* For each thread that counts time, until when it waits; 0: no thread. */
     _Atomic uint64_t threads[THREADS];
 };
@@ -95,6 +97,7 @@ __attribute__((constructor)) static void begin(void)
         return;
     for (int i = 0; i < THREADS; i++)
         atomic_store(&found->threads[i], 0);
+    atomic_store(&found->piped, 0);
     char *list = getenv("VELVET_CLOCK_TTYS");
     find_ttys(list ? strdup(list) : NULL);
     pthread_key_create(&leaving, leave);
@@ -277,34 +280,39 @@ int sem_clockwait(sem_t *semaphore, clockid_t clock, const struct timespec *unti
     return next_sem(semaphore, clock, &at);
 }
 
-static struct board *board_of(int file)
+/* Where bytes to or from this file are counted; `read` is whether they come from it. */
+static _Atomic uint64_t *count_of(int file, int is_read)
 {
     struct stat about;
-    if (!page || fstat(file, &about) || !S_ISCHR(about.st_mode))
+    if (!page || fstat(file, &about))
         return NULL;
-    for (int i = 0; i < BOARDS; i++)
+    if (S_ISFIFO(about.st_mode) && file > STDERR_FILENO)
+        return &page->piped;
+    for (int i = 0; S_ISCHR(about.st_mode) && i < BOARDS; i++)
         if (ttys[i] && ttys[i] == about.st_rdev)
-            return &page->boards[i];
+            return is_read ? &page->boards[i].read : &page->boards[i].written;
     return NULL;
 }
 
-ssize_t read(int file, void *data, size_t count)
+ssize_t read(int file, void *data, size_t size)
 {
-    ssize_t done = next_read(file, data, count);
-    struct board *board = done > 0 ? board_of(file) : NULL;
-    if (board)
-        atomic_fetch_add(&board->read, done);
+    ssize_t done = next_read(file, data, size);
+    _Atomic uint64_t *count = done > 0 ? count_of(file, 1) : NULL;
+    if (count == &page->piped)
+        atomic_fetch_sub(count, done);
+    else if (count)
+        atomic_fetch_add(count, done);
     return done;
 }
 
-ssize_t write(int file, const void *data, size_t count)
+ssize_t write(int file, const void *data, size_t size)
 {
-    struct board *board = board_of(file);
+    _Atomic uint64_t *count = count_of(file, 0);
     /* Counted before, so that the bytes are on their way at any time. */
-    if (board)
-        atomic_fetch_add(&board->written, count);
-    ssize_t done = next_write(file, data, count);
-    if (board && done != (ssize_t)count)
-        atomic_fetch_sub(&board->written, count - (done > 0 ? done : 0));
+    if (count)
+        atomic_fetch_add(count, size);
+    ssize_t done = next_write(file, data, size);
+    if (count && done != (ssize_t)size)
+        atomic_fetch_sub(count, size - (done > 0 ? done : 0));
     return done;
 }

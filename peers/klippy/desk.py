@@ -19,13 +19,19 @@ class Desk:
         self.options, self.folder = options, folder
         os.makedirs(folder, exist_ok=True)
         self.boards, self.host = [], None
+        self.page = options.clock.new_page() if options.clock else None
         # With one clock for all the host's seconds are the board's.
-        self.pace = 1.0 if options.lock else options.pace
+        self.pace = 1.0 if self.page else options.pace
         self.checks_steps, self.may_be_late = True, False
+
+    def leave_clock(self):
+        """Gives boards that come after the computer's clock: one that stands with its host shows nothing."""
+        if self.page:
+            self.page, self.pace = None, self.options.pace
 
     def slow_down(self, pace):
         """Sets the pace of the boards that come after, where they have one."""
-        if not self.options.lock:
+        if not self.page:
             self.pace = min(self.pace, pace)
 
     def command(self):
@@ -34,12 +40,14 @@ class Desk:
             command = [sys.executable, os.path.join(HERE, "model.py")]
         else:
             command = [options.console, "console", "--elf", options.elf, "--config", WORLD, "--board", "tmc2660", "--state-port", "0"]
-        return [*command, *(["--clock-file", options.clock.page] if options.lock else ["--pace", str(self.pace)])]
+        if self.page:
+            return [*command, "--clock-file", self.page, "--clock-slot", str(len(self.boards))]
+        return [*command, "--pace", str(self.pace)]
 
     def add_board(self, name="prime"):
         board = Board(self.command(), os.path.join(self.folder, name), name)
         self.boards.append(board)
-        if not self.options.lock:
+        if not self.page:
             board.wait_for_pace(self.pace)
         return board
 
@@ -57,7 +65,8 @@ class Desk:
         return path
 
     def start_host(self, more=""):
-        environment = self.options.clock.environment() if self.options.lock else None
+        terminals = [board.serial for board in self.boards]
+        environment = self.options.clock.environment(self.page, terminals) if self.page else None
         self.host = Host(self.options.klipper, self.folder, self.configuration(more), 1 / self.pace, environment)
         self.host.wait("ready", READY_S * (1 + 1 / self.pace))
         return self.host

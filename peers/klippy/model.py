@@ -1,6 +1,6 @@
 """A board in a few lines, to try the other programs here without an image: the protocol, motors, switches and heat.
 
-    model.py --pace RATE --out FOLDER
+    model.py [--pace RATE | --clock-file PAGE [--clock-slot N]] --out FOLDER
 
 It stands where `virtual-prime console` stands otherwise: the same words on standard error, the same files.
 """
@@ -17,6 +17,7 @@ import time
 import zlib
 from collections import deque
 
+from clock import Page
 from wire import Dictionary, Splitter, block
 
 FREQUENCY = 200_000_000
@@ -117,6 +118,7 @@ class Model:
         self.edges = 0
         self.sockets = [self.listen("debug (USART2)"), self.listen("the machine's state")]
         self.clients = [None, None]
+        self.heard = self.said = 0
         self.now = self.zero = 0
         self.last_heat = self.last_stats = 0
         self.reset()
@@ -347,6 +349,7 @@ class Model:
             try:
                 self.clients[index] = listening.accept()[0]
                 self.clients[index].setblocking(False)
+                self.clients[index].setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             except BlockingIOError:
                 pass
         for index, client in enumerate(self.clients):
@@ -355,25 +358,31 @@ class Model:
             except BlockingIOError:
                 continue
             if data and index == 0:
+                self.heard += len(data)
                 self.hear(data)
             elif data:
                 client.sendall(self.state().encode() * data.count(b"\n"))
         if self.out_bytes and self.clients[0]:
             try:
+                self.said += len(self.out_bytes)
                 self.clients[0].sendall(self.out_bytes)
             except OSError:
                 self.clients[0] = None
         self.out_bytes.clear()
 
-    def run(self):
+    def run(self, page):
         began = time.monotonic()
         poll = select.poll()
         poll.register(sys.stdout, 0)
         # That nobody takes its words any more ends it.
         while not poll.poll(0):
-            self.step_to(int((time.monotonic() - began) * self.pace * FREQUENCY))
+            if page is None:
+                self.step_to(int((time.monotonic() - began) * self.pace * FREQUENCY))
+                time.sleep(0.0005)
+            elif page.may_go(self.now * TICK_NS, self.heard, self.said):
+                self.step_to(self.now + FREQUENCY // 2000)
+                page.tell(self.now * TICK_NS)
             self.serve()
-            time.sleep(0.0005)
         self.steps.close()
 
 
@@ -381,9 +390,12 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--pace", type=float, default=1.0)
     parser.add_argument("--out", required=True)
-    options, _ = parser.parse_known_args()
+    parser.add_argument("--clock-file")
+    parser.add_argument("--clock-slot", type=int, default=0)
+    options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
-    Model(options.pace, options.out).run()
+    page = Page(options.clock_file, options.clock_slot) if options.clock_file else None
+    Model(options.pace, options.out).run(page)
 
 
 if __name__ == "__main__":

@@ -81,7 +81,7 @@ def arguments():
     if unknown:
         parser.error(f"no such scenario: {' '.join(unknown)}; there are {' '.join(SCENARIOS)}")
     options.klipper, options.out = os.path.abspath(options.klipper), os.path.abspath(options.out)
-    options.clock = Clock(options.out) if options.lock else None
+    options.clock = Clock() if options.lock else None
     return options
 
 
@@ -93,6 +93,8 @@ def main():
         return 2
     os.makedirs(options.out, exist_ok=True)
     rows = [run(name, options) for name in options.only or SCENARIOS]
+    if options.clock:
+        options.clock.close()
     text = table(rows)
     print("\n".join(["", *text]))
     with open(os.path.join(options.out, "report.txt"), "w") as file:

@@ -142,6 +142,7 @@ def print_part(desk):
 
 def stop(desk):
     """The computer of the host stands for a second of the board's time while it moves and heats."""
+    desk.leave_clock()
     host = desk.connect()
     host.run("G28\nM104 S60", HOMING_S)
     desk.may_be_late = True

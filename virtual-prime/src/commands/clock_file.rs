@@ -1,7 +1,7 @@
 //! Lock step with a host program on this computer, by a page in a file that both have in memory: the host's
 //! clock reads the board's time there and says until when it waits. The board goes on only while everything
-//! in the host that counts time waits, and while no byte is on its way between the two. `peers/klippy/clock.c`
-//! is the host's side.
+//! in the host that counts time waits, and while no byte is on its way between the two. The host's side is
+//! `peers/klippy/clock.c`.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -14,8 +14,13 @@ pub const BOARDS: usize = 4;
 const THREADS: usize = 64;
 /// Words of a board: its time, the same again, bytes that the host has written to it and read from it.
 const BOARD_WORDS: usize = 4;
+/// Goes up whenever a thread of the host begins or ends to wait.
 const TURNS: usize = BOARDS * BOARD_WORDS;
-const WORDS: usize = TURNS + 1 + THREADS;
+/// Bytes in the pipes by which threads of the host wake each other.
+const PIPED: usize = TURNS + 1;
+/// For each thread of the host that counts time, until when it waits.
+const WAITS: usize = PIPED + 1;
+const WORDS: usize = WAITS + THREADS;
 /// What a board calls zero is this for the host.
 const BASE_NS: u64 = 100_000_000_000;
 /// A thread of the host that works; above it, the instant until which it waits.
@@ -49,10 +54,11 @@ pub enum Turn {
 pub struct ClockFile {
     file: File,
     board: usize,
-    /// Bytes on their way to and from the host that will never arrive, as differences of counts.
-    lost: [u64; 2],
+    /// Bytes on their way to and from the host, and within it, that will never arrive, as differences of
+    /// counts.
+    lost: [u64; 3],
     /// The same differences as last seen, and since when they are so.
-    seen: ([u64; 2], Instant),
+    seen: ([u64; 3], Instant),
     turns: Option<u64>,
 }
 
@@ -66,7 +72,7 @@ impl ClockFile {
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
         let file = options.map_err(fail)?;
         file.set_len((WORDS * 8) as u64).map_err(fail)?;
-        let page = Self { file, board, lost: [0; 2], seen: ([0; 2], Instant::now()), turns: None };
+        let page = Self { file, board, lost: [0; 3], seen: ([0; 3], Instant::now()), turns: None };
         page.write(board * BOARD_WORDS, &[0; BOARD_WORDS]).map_err(fail)?;
         Ok(page)
     }
@@ -101,7 +107,7 @@ impl ClockFile {
     /// What the file system says.
     pub fn turn(&mut self, now_ns: u64, traffic: Traffic) -> io::Result<Turn> {
         let words = self.read()?;
-        let threads = words[TURNS + 1..].iter().copied().filter(|&until| until > 0);
+        let threads = words[WAITS..].iter().copied().filter(|&until| until > 0);
         let Some(earliest) = threads.min() else { return Ok(Turn::Alone) };
         let others = words[..TURNS].chunks_exact(BOARD_WORDS).map(|board| board[0]).filter(|&ns| ns > 0);
         let is_ahead = others.min().is_some_and(|slowest| slowest < now_ns);
@@ -116,14 +122,15 @@ impl ClockFile {
     /// Whether all bytes between the two have arrived, or will not any more.
     fn has_arrived(&mut self, words: &[u64; WORDS], traffic: Traffic) -> bool {
         let at = self.board * BOARD_WORDS;
-        let on_the_way = [words[at + 2].wrapping_sub(traffic.heard), traffic.said.wrapping_sub(words[at + 3])];
+        let on_the_way =
+            [words[at + 2].wrapping_sub(traffic.heard), traffic.said.wrapping_sub(words[at + 3]), words[PIPED]];
         if on_the_way != self.seen.0 {
             self.seen = (on_the_way, Instant::now());
         } else if self.seen.1.elapsed() >= LOST {
             self.lost = on_the_way;
         }
         let is_heard = on_the_way[0] == self.lost[0] || !traffic.has_room;
-        is_heard && on_the_way[1] == self.lost[1]
+        is_heard && on_the_way[1..] == self.lost[1..]
     }
 }
 
@@ -152,7 +159,7 @@ mod tests {
             let page = ClockFile::open(&path, 0).expect("a file");
             page.tell(NOW_NS).expect("written");
             let pair = Self { page, path };
-            pair.host(TURNS + 1, BASE_NS + 1_000_000_000);
+            pair.host(WAITS, BASE_NS + 1_000_000_000);
             pair
         }
 
@@ -179,12 +186,12 @@ mod tests {
         assert_eq!(pair.turns(QUIET), [Turn::Wait, Turn::Go]);
         pair.host(TURNS, 7);
         assert_eq!(pair.turns(QUIET), [Turn::Wait, Turn::Go], "a thread has begun to wait in between");
-        pair.host(TURNS + 2, WORKS);
+        pair.host(WAITS + 1, WORKS);
         assert_eq!(pair.turns(QUIET), [Turn::Wait, Turn::Wait]);
-        pair.host(TURNS + 2, BASE_NS + NOW_NS);
+        pair.host(WAITS + 1, BASE_NS + NOW_NS);
         assert_eq!(pair.turns(QUIET), [Turn::Wait, Turn::Wait], "it has to wake up first");
-        pair.host(TURNS + 2, 0);
-        pair.host(TURNS + 1, 0);
+        pair.host(WAITS + 1, 0);
+        pair.host(WAITS, 0);
         assert_eq!(pair.turns(QUIET), [Turn::Alone, Turn::Alone]);
     }
 
@@ -206,6 +213,9 @@ mod tests {
         }
         assert_eq!(pair.turns(Traffic { heard: 2, has_room: false, ..QUIET }), [Turn::Wait, Turn::Go]);
         assert_eq!(pair.turns(Traffic { heard: 3, ..QUIET }), [Turn::Go, Turn::Go]);
+        pair.host(PIPED, 1);
+        assert_eq!(pair.turns(Traffic { heard: 3, ..QUIET }), [Turn::Wait, Turn::Wait]);
+        pair.host(PIPED, 0);
         let lost = Traffic { heard: 3, said: 1, ..QUIET };
         assert_eq!(pair.turns(lost), [Turn::Wait, Turn::Wait]);
         std::thread::sleep(LOST);

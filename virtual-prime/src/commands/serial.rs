@@ -41,7 +41,9 @@ impl SerialSocket {
     /// Accepts a new client, and takes as much of the present client's bytes as the wire takes.
     pub fn hear(&mut self) {
         if let Ok((client, _)) = self.listener.accept() {
-            self.client = client.set_nonblocking(true).is_ok().then_some(client);
+            // A byte on a wire does not wait for those that follow.
+            let is_ready = client.set_nonblocking(true).and_then(|()| client.set_nodelay(true)).is_ok();
+            self.client = is_ready.then_some(client);
         }
         let mut bytes = [0; AHEAD];
         if let Some(client) = &mut self.client
