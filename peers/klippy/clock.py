@@ -14,7 +14,7 @@ BOARDS, BOARD_WORDS, THREADS = 4, 4, 64
 TURNS = BOARDS * BOARD_WORDS
 WORDS = TURNS + 2 + THREADS
 BASE_NS = 100_000_000_000
-LOST_S, NAP_S = 0.02, 0.00003
+LOST_S, NAP_S = 0.5, 0.00003
 
 
 class Clock:
@@ -38,6 +38,13 @@ class Clock:
         """Of a host that reads this page, with the boards' terminals in their order."""
         ttys = ",".join(os.path.realpath(terminal) for terminal in terminals)
         return {**os.environ, "LD_PRELOAD": self.library, "VELVET_CLOCK": page, "VELVET_CLOCK_TTYS": ttys}
+
+    @staticmethod
+    def forget_host(page):
+        """Boards do not wait any more for a host that has been ended."""
+        with open(page, "r+b") as file:
+            file.seek((TURNS + 1) * 8)
+            file.write(bytes((1 + THREADS) * 8))
 
     def close(self):
         shutil.rmtree(self.folder, ignore_errors=True)

@@ -80,5 +80,7 @@ class Desk:
         if self.host:
             self.host.close()
             self.host = None
+        if self.page:
+            self.options.clock.forget_host(self.page)
         for board in self.boards:
             board.close()

@@ -26,7 +26,7 @@ const BASE_NS: u64 = 100_000_000_000;
 /// A thread of the host that works; above it, the instant until which it waits.
 const WORKS: u64 = 1;
 /// Time after which bytes that do not arrive count as lost: the host has thrown them away, or is gone.
-const LOST: Duration = Duration::from_millis(20);
+const LOST: Duration = Duration::from_millis(500);
 
 /// Bytes between the board's serial socket and its client, since the socket was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
