@@ -10,6 +10,12 @@ from wire import Dictionary, Splitter, block
 ANSWER_S = 5.0
 # Steps of each motor, as in the benchmark; and the step that ends it.
 STEPS, LAST_TICKS = 60_000, 3_000
+# Moves of so many steps, one behind the other. A board may play late what it cannot play in time, and say nothing; then the last step
+# shows it, by this share of their duration and the time that an answer takes.
+MOVES, MOST_LATE, ALLOWED_S = 20, 0.02, 0.01
+# Time ahead at which the steps begin.
+LEAD_S = 2.0
+HALF = 1 << 31
 PINS = [("PD3", "PD4"), ("PK2", "PG2"), ("PG3", "PG4")]
 MOST_TICKS = 1_000
 
@@ -71,26 +77,39 @@ class Client:
         self.words = Dictionary(text)
 
 
-def attempt(client, motors, ticks):
-    """Whether so many motors step with so many ticks between two steps."""
-    client.is_shut_down = False
-    frequency = client.words.config["CLOCK_FREQ"]
-    start = client.ask("get_clock", "clock")["clock"] + frequency
-    for oid in range(motors):
-        client.send("reset_step_clock", oid=oid, clock=start & 0xFFFFFFFF)
-        client.send("set_next_step_dir", oid=oid, dir=0)
+def queue(client, oid, start, ticks):
+    client.send("reset_step_clock", oid=oid, clock=start & 0xFFFFFFFF)
+    client.send("set_next_step_dir", oid=oid, dir=0)
+    for _ in range(MOVES):
         client.send("queue_step", oid=oid, interval=ticks, count=STEPS, add=0)
-        client.send("set_next_step_dir", oid=oid, dir=1)
-        client.send("queue_step", oid=oid, interval=LAST_TICKS, count=1, add=0)
-    end = start + STEPS * ticks + LAST_TICKS + frequency // 10
-    while not client.is_shut_down:
-        now = client.ask("get_clock", "clock")["clock"]
-        if (now - end & 0xFFFFFFFF) < 1 << 31:
-            break
-        time.sleep(0.05)
+    client.send("set_next_step_dir", oid=oid, dir=1)
+    client.send("queue_step", oid=oid, interval=LAST_TICKS, count=1, add=0)
+
+
+def position(client, oid):
+    return client.ask("stepper_get_position", "stepper_position", oid=oid)["pos"]
+
+
+def attempt(client, motors, ticks):
+    """Whether so many motors step with so many ticks between two steps: without a shutdown, and to the end in time."""
+    client.is_shut_down = False
+    frequency, length = client.words.config["CLOCK_FREQ"], STEPS * MOVES * ticks
+    ends = [position(client, oid) - STEPS * MOVES + 1 for oid in range(motors)]
+    start = client.ask("get_clock", "clock")["clock"] + int(LEAD_S * frequency)
+    for oid in range(motors):
+        queue(client, oid, start, ticks)
+    late = None
+    while not client.is_shut_down and late is None:
+        at_end = all(position(client, oid) == end for oid, end in enumerate(ends))
+        behind = (client.ask("get_clock", "clock")["clock"] - start - length - LAST_TICKS + HALF & 0xFFFFFFFF) - HALF
+        if at_end:
+            late = behind
+        if behind > frequency:
+            raise RuntimeError(f"steps {ticks} ticks apart do not come to an end")
     if client.is_shut_down:
         client.send("clear_shutdown")
-    return not client.is_shut_down
+        return False
+    return late < MOST_LATE * length + ALLOWED_S * frequency
 
 
 def least_ticks(client, motors):
