@@ -150,9 +150,9 @@ mod app {
     #[task(binds = TIM6_DAC, priority = 5, shared = [controller], local = [tick])]
     fn timers(mut cx: timers::Context) {
         cx.local.tick.acknowledge();
-        let wait = cx.shared.controller.lock(|controller| controller.run());
+        let (wait, has_news) = cx.shared.controller.lock(|controller| (controller.run(), controller.has_news()));
         cx.local.tick.next_in(Ticks(u64::from(wait)));
-        wake::note_run();
+        wake::note_run(has_news);
     }
 
     // The colours of a strip of lights are sent, and its timer must stop.

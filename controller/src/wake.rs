@@ -23,10 +23,12 @@ pub fn run_timers() {
     rtic::pend(TIMERS);
 }
 
-/// Notes that the timers have run: there may be answers.
-pub fn note_run() {
+/// Notes that the timers have run. `has_news`: there are answers, or there is work.
+pub fn note_run(has_news: bool) {
     RAN.store(true, Ordering::Relaxed);
-    wake();
+    if has_news {
+        wake();
+    }
 }
 
 /// Notes that idle makes a turn.

@@ -61,6 +61,11 @@ impl Outbox {
         self.put(&content);
     }
 
+    /// Whether no bytes wait for the line.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
     /// Takes bytes for the line. Returns how many.
     pub fn fetch(&mut self, into: &mut [u8]) -> usize {
         let mut count = 0;

@@ -6,17 +6,17 @@
 //! back.
 
 use motion::queue::{StepEvent, StepQueue};
-use units::{Actuator, Direction, MAX_ACTUATORS};
+use units::MAX_ACTUATORS;
 
 use crate::board::{Board, MotorSettings};
 use crate::moves::{Move, Pool, Queue};
 use crate::reason::Reason;
 
 /// Time ahead for which events are written: 0.5 ms.
-const HORIZON: u32 = 100_000;
+const HORIZON: i32 = 100_000;
 /// A motor at rest begins at this time from now at the earliest, so that nothing that has been written comes
 /// after its first event: the horizon, and what a direction is set ahead of a step. Hosts keep 100 ms.
-const LEAST_LEAD: u32 = HORIZON + 4 * TURN_AHEAD;
+const LEAST_LEAD: i32 = HORIZON + 4 * TURN_AHEAD as i32;
 /// A direction is set so long before the step, if there is room: 2 us.
 const TURN_AHEAD: u32 = 400;
 /// A step that is to be written so late is a host that asks for too much: 1 ms, as in Klipper's own firmware.
@@ -24,6 +24,9 @@ const MOST_LATE: i32 = 200_000;
 /// Time until the queue is looked at again when it was full: the time in which the fastest motors empty a
 /// quarter of it.
 const FULL_WAIT: u32 = 10_000;
+
+/// Ticks to the next event of a motor that has none.
+const AT_REST: i32 = i32::MAX;
 
 /// Steps of the move that is under way, and what is known of a motor.
 #[derive(Debug)]
@@ -40,14 +43,15 @@ struct Stepper {
     count: u32,
     /// The next event is a turn.
     turns: bool,
-    /// Direction of the pin behind all that is written. The pin is low at first.
+    /// Direction of the pin behind all that is written. The pin is low at first, which is direction 0, and
+    /// which motion calls forward.
     direction: bool,
     /// Direction of the moves to come.
     direction_to_come: bool,
     /// After a trigger moves are dropped until the host says when time begins anew.
     needs_reset: bool,
-    /// Steps written, those of direction 1 less those of direction 0.
-    position: i32,
+    /// Position behind the move that is under way: steps of direction 1 less those of direction 0.
+    end: i32,
     pulse_ticks: u32,
     queue: Queue,
 }
@@ -65,23 +69,56 @@ impl Stepper {
             direction: false,
             direction_to_come: false,
             needs_reset: false,
-            position: 0,
+            end: 0,
             pulse_ticks,
             queue: Queue::EMPTY,
         }
     }
 
-    /// Begins the next move of the queue, if there is one.
+    /// The next event, which is due at `clock`.
     #[inline(always)]
-    fn load(&mut self, pool: &mut Pool) -> bool {
-        let Some(queued) = pool.pop(&mut self.queue) else { return false };
-        self.begin(queued);
-        true
+    const fn event(&self, clock: u32, number: usize) -> StepEvent {
+        if self.turns {
+            let forward = if self.direction { 0 } else { StepEvent::FORWARD };
+            return StepEvent { at: clock, word: number as u32 | StepEvent::TURN | forward };
+        }
+        StepEvent { at: clock, word: number as u32 }
+    }
+
+    /// Goes on behind the event that was due in `ahead` ticks from now. Returns the ticks to the next one.
+    #[inline(always)]
+    fn advance(&mut self, ahead: i32, now: u32, pool: &mut Pool) -> i32 {
+        if self.turns {
+            self.turns = false;
+            return self.step_behind.wrapping_sub(now) as i32;
+        }
+        self.count -= 1;
+        if self.count == 0 {
+            self.last = now.wrapping_add(ahead as u32);
+            return self.next_move(now, pool);
+        }
+        let next = ahead.wrapping_add(self.interval as i32);
+        self.interval = self.interval.wrapping_add(self.add);
+        next
+    }
+
+    /// Begins the next move. Returns the ticks to its first event.
+    #[inline(always)]
+    fn next_move(&mut self, now: u32, pool: &mut Pool) -> i32 {
+        match pool.pop(&mut self.queue) {
+            Some(queued) => {
+                self.begin(queued);
+                self.next.wrapping_sub(now) as i32
+            }
+            None => AT_REST,
+        }
     }
 
     fn begin(&mut self, queued: Move) {
         let direction = queued.flag != 0;
         self.count = queued.value >> 16;
+        let steps = self.count as i32;
+        self.end = self.end.wrapping_add(if direction { steps } else { -steps });
         // The addend has sixteen bits and a sign.
         self.add = queued.value as i16 as u32;
         let step = self.last.wrapping_add(queued.time);
@@ -95,8 +132,10 @@ impl Stepper {
         }
     }
 
-    const fn sign(&self) -> i32 {
-        if self.direction { 1 } else { -1 }
+    /// Position behind the steps that are written.
+    const fn position(&self) -> i32 {
+        let left = self.count as i32;
+        self.end.wrapping_sub(if self.direction { left } else { -left })
     }
 }
 
@@ -104,11 +143,6 @@ impl Stepper {
 pub struct Steppers {
     list: heapless::Vec<Stepper, MAX_ACTUATORS>,
     queue: &'static StepQueue,
-}
-
-/// Direction 0 is a low pin, which motion calls forward.
-const fn way(direction: bool) -> Direction {
-    if direction { Direction::Backward } else { Direction::Forward }
 }
 
 impl Steppers {
@@ -164,7 +198,7 @@ impl Steppers {
             return pool.push(&mut stepper.queue, queued).ok_or(Reason::MoveQueueOverflow);
         }
         let first = stepper.last.wrapping_add(interval);
-        if (first.wrapping_sub(now) as i32) < LEAST_LEAD as i32 {
+        if (first.wrapping_sub(now) as i32) < LEAST_LEAD {
             return Err(Reason::TimerTooClose);
         }
         stepper.begin(queued);
@@ -231,7 +265,7 @@ impl Steppers {
             for index in (0..length).rev() {
                 ahead.undo(self.queue.event(played.wrapping_add(index)), number as u8);
             }
-            stepper.position = ahead.position;
+            stepper.end = ahead.position;
             stepper.direction = ahead.direction;
             stepper.count = 0;
             stepper.needs_reset = true;
@@ -252,71 +286,39 @@ impl Steppers {
     /// Steps are asked for faster than they can be made: the next one is a millisecond late.
     pub fn write(&mut self, now: u32, pool: &mut Pool) -> Result<Option<u32>, Reason> {
         let Self { list, queue } = self;
+        // Ticks from now to the next event of each motor. What is done for every step is done in here.
+        let mut ahead = [AT_REST; MAX_ACTUATORS];
+        for (ahead, stepper) in ahead.iter_mut().zip(list.iter()).filter(|(_, stepper)| stepper.count > 0) {
+            *ahead = stepper.next.wrapping_sub(now) as i32;
+        }
         let mut writer = queue.writer(u32::MAX);
-        loop {
-            // The motor whose event is next, how far that is, and how far the next one of another motor is.
-            let (mut first, mut distance, mut limit) = (usize::MAX, i32::MAX, HORIZON as i32);
-            for (number, stepper) in list.iter().enumerate() {
-                if stepper.count == 0 {
-                    continue;
+        let mut least = ahead.iter().copied().fold(AT_REST, i32::min);
+        let outcome = loop {
+            if least > HORIZON {
+                let wait = (least as u32).wrapping_sub(HORIZON as u32 / 2);
+                break Ok(if least == AT_REST { None } else { Some(wait) });
+            }
+            if least < -MOST_LATE {
+                break Err(Reason::StepperTooLate);
+            }
+            if writer.room() < MAX_ACTUATORS as u32 {
+                break Ok(Some(FULL_WAIT));
+            }
+            // Whatever is due at the earliest time is written, and the next time is found, in one pass.
+            let mut next = AT_REST;
+            for ((number, stepper), ahead) in list.iter_mut().enumerate().zip(&mut ahead) {
+                if *ahead == least {
+                    let _has_room = writer.push(stepper.event(now.wrapping_add(least as u32), number));
+                    *ahead = stepper.advance(least, now, pool);
                 }
-                let ahead = stepper.next.wrapping_sub(now) as i32;
-                if ahead < distance {
-                    limit = limit.min(distance);
-                    (first, distance) = (number, ahead);
-                } else {
-                    limit = limit.min(ahead);
-                }
+                next = next.min(*ahead);
             }
-            let Some(stepper) = list.get_mut(first) else { return Ok(None) };
-            if distance > HORIZON as i32 {
-                return Ok(Some(distance as u32 - HORIZON / 2));
-            }
-            if distance < -MOST_LATE {
-                return Err(Reason::StepperTooLate);
-            }
-            if !write_run(stepper, first, now, limit, pool, &mut writer) {
-                return Ok(Some(FULL_WAIT));
-            }
+            least = next;
+        };
+        for (stepper, ahead) in list.iter_mut().zip(ahead).filter(|(stepper, _)| stepper.count > 0) {
+            stepper.next = now.wrapping_add(ahead as u32);
         }
-    }
-}
-
-/// Writes a motor's events up to `limit` ticks from now. False when the queue is full.
-#[inline(always)]
-fn write_run(
-    stepper: &mut Stepper,
-    number: usize,
-    now: u32,
-    limit: i32,
-    pool: &mut Pool,
-    writer: &mut motion::queue::Writer<'_>,
-) -> bool {
-    let Some(actuator) = Actuator::from_index(number) else { return true };
-    loop {
-        if stepper.turns {
-            let event = StepEvent::turn(stepper.next, actuator, way(stepper.direction));
-            if !writer.push(event) {
-                return false;
-            }
-            stepper.turns = false;
-            stepper.next = stepper.step_behind;
-        } else {
-            if !writer.push(StepEvent::step(stepper.next, actuator)) {
-                return false;
-            }
-            stepper.position = stepper.position.wrapping_add(stepper.sign());
-            stepper.last = stepper.next;
-            stepper.count -= 1;
-            stepper.next = stepper.next.wrapping_add(stepper.interval);
-            stepper.interval = stepper.interval.wrapping_add(stepper.add);
-            if stepper.count == 0 && !stepper.load(pool) {
-                return true;
-            }
-        }
-        if stepper.next.wrapping_sub(now) as i32 > limit {
-            return true;
-        }
+        outcome
     }
 }
 
@@ -330,7 +332,7 @@ impl Ahead {
     const fn of(stepper: &Stepper) -> Self {
         // A turn that is not written yet has not changed the pin.
         let direction = stepper.direction != (stepper.turns && stepper.count > 0);
-        Self { position: stepper.position, direction }
+        Self { position: stepper.position(), direction }
     }
 
     fn undo(&mut self, event: StepEvent, motor: u8) {

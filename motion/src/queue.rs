@@ -320,6 +320,13 @@ pub struct Writer<'a> {
 }
 
 impl Writer<'_> {
+    /// Returns the number of events that still fit.
+    #[must_use]
+    #[inline(always)]
+    pub fn room(&self) -> u32 {
+        self.room
+    }
+
     /// Appends an event unless there is no more room; says whether it did.
     #[inline(always)]
     pub fn push(&mut self, event: StepEvent) -> bool {

@@ -303,6 +303,45 @@ fn a_host_configures_the_board_and_moves_a_motor() {
     assert_eq!(host.wire.vm.complaints(), Vec::<String>::new());
 }
 
+/// Most instructions that a step of three motors may take, of interrupt and feed together.
+const STEP_INSTRUCTIONS: u64 = 86;
+
+#[test]
+fn a_step_of_three_motors_takes_few_instructions() {
+    const STEPS: u32 = 30_000;
+    let mut bench = boot_elf(&controller(), board());
+    assert_eq!(bench.vm.run_for(500 * MS), Span::Reached);
+    let mut host = Host::new(bench);
+    host.tell("allocate_oids", &[3]);
+    for (oid, pins) in [('D', 3, 'D', 4), ('K', 2, 'G', 2), ('G', 3, 'G', 4)].into_iter().enumerate() {
+        let (step, direction) = (pin(pins.0, pins.1), pin(pins.2, pins.3));
+        host.tell("config_stepper", &[oid as u32, step, direction, u32::MAX, 20]);
+    }
+    host.tell("finalize_config", &[1]);
+    let instructions = |host: &mut Host<Bench>| {
+        let before = host.wire.vm.instructions();
+        host.pass(100);
+        host.wire.vm.instructions() - before
+    };
+    let quiet = instructions(&mut host);
+    // As Klipper's benchmark has it: all motors step at the same ticks.
+    let start = host.clock().wrapping_add(60 * TICKS);
+    for oid in 0..3 {
+        host.tell("reset_step_clock", &[oid, start]);
+        host.tell("queue_step", &[oid, 600, STEPS, 0]);
+    }
+    let ahead = start.wrapping_sub(host.clock()) / TICKS;
+    host.pass(u64::from(ahead) - 1);
+    let busy = instructions(&mut host);
+    for oid in 0..3 {
+        let position = host.ask("stepper_get_position", &[Word::Number(oid)], "stepper_position");
+        assert_eq!(position[1] as i32, -(STEPS as i32));
+    }
+    let each = (busy - quiet) / u64::from(3 * STEPS);
+    println!("{each} instructions a step");
+    assert!(each <= STEP_INSTRUCTIONS, "{each} instructions a step");
+}
+
 #[test]
 fn a_host_at_the_usb_socket_identifies_the_board_and_resets_it() {
     let mut bench = boot_elf(&controller(), board());

@@ -216,6 +216,11 @@ impl<B: Board> Controller<B> {
         self.steppers.are_at_rest()
     }
 
+    /// Whether there are bytes for the host, or work on a bus.
+    pub fn has_news(&self) -> bool {
+        !self.out.is_empty() || self.job.is_some() || self.wants_measurement
+    }
+
     /// Takes bytes for the host. Returns how many.
     pub fn fetch(&mut self, into: &mut [u8]) -> usize {
         self.out.fetch(into)

@@ -32,6 +32,7 @@ impl<B: Board> Controller<B> {
     /// Has the chip asked as soon as its bus is free.
     pub(super) fn look_at_accelerometer(&mut self, oid: u8) -> Outcome {
         object!(self, oid, Accelerometer).want(Request::Sample);
+        self.wants_measurement = true;
         Ok(())
     }
 
@@ -43,6 +44,9 @@ impl<B: Board> Controller<B> {
 
     /// Returns what an accelerometer is to be asked.
     pub(super) fn next_measurement(&mut self) -> Option<Job<B>> {
+        if !self.wants_measurement {
+            return None;
+        }
         for oid in 0..self.objects.len() as u8 {
             if let Some(Object::Accelerometer(accelerometer)) = self.objects.get_mut(usize::from(oid))
                 && let Some(request) = accelerometer.take_request()
@@ -51,6 +55,7 @@ impl<B: Board> Controller<B> {
                 return self.measuring(oid, device, request);
             }
         }
+        self.wants_measurement = false;
         None
     }
 
@@ -69,8 +74,9 @@ impl<B: Board> Controller<B> {
                     let words = [u32::from(oid), u32::from(number)];
                     self.out.send_bytes(Response::SensorBulkData, &words, Some(&samples));
                 }
-                if let Some(next) = next {
-                    self.timers.set(oid, next);
+                match next {
+                    Some(next) => self.timers.set(oid, next),
+                    None => self.wants_measurement = true,
                 }
             }
         }

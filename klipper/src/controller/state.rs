@@ -62,6 +62,8 @@ pub struct Controller<B: Board> {
     pub(super) heard_at: u32,
     pub(super) is_silent: bool,
     pub(super) strips: heapless::Vec<Lights<B::Strip>, MOST_STRIPS>,
+    /// An accelerometer is to be asked.
+    pub(super) wants_measurement: bool,
     pub(super) job: Option<Job<B>>,
     pub(super) job_is_out: bool,
     pub(super) rest: Option<Rest>,
@@ -92,6 +94,7 @@ impl<B: Board> Controller<B> {
             heard_at: now,
             is_silent: false,
             strips: heapless::Vec::new(),
+            wants_measurement: false,
             job: None,
             job_is_out: false,
             rest: None,

@@ -29,8 +29,8 @@ pub struct Bench {
     pub played: Vec<StepEvent>,
     /// Clock at which [`Controller::run`] is due.
     due: u32,
-    /// The step interrupt will come for the next event, as on the board: it looks at the queue when it is woken
-    /// and when it plays, and at no other time.
+    /// The step interrupt will come for the next event, as on the board: it looks at the queue when it is
+    /// woken and when it plays, and at no other time.
     is_armed: bool,
     sequence: u8,
     reader: Framer,

@@ -46,8 +46,8 @@ impl<I: Input> Endstop<I> {
         Self { pin, search, is_searching: false, confirming: 0, next: 0 }
     }
 
-    /// Begins a search at `clock`, or ends it when no reads are wanted: the host asks for the state of one that
-    /// is over. Returns when to read first.
+    /// Begins a search at `clock`, or ends it when no reads are wanted: the host asks for the state of one
+    /// that is over. Returns when to read first.
     pub const fn begin(&mut self, search: Search, clock: u32) -> Option<u32> {
         self.is_searching = search.sample_count != 0;
         if !self.is_searching {

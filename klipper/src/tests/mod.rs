@@ -4,5 +4,6 @@ mod dictionary;
 mod inputs;
 mod line;
 mod outputs;
+mod replay;
 mod steps;
 mod wire;
