@@ -231,8 +231,8 @@ impl<B: Board> Controller<B> {
         self.wants_reset
     }
 
-    /// Notes that a turn of the task that executes commands took so many ticks. Called every 50 ms at least: a
-    /// task that has no time left is a host that asks for too much.
+    /// Notes that a turn of the task that executes commands took so many ticks. Called every 50 ms at least:
+    /// a task that has no time left is a host that asks for too much.
     pub fn note_turn(&mut self, ticks: u32) {
         self.turned_at = self.board.clock();
         let turns = &mut self.turns;

@@ -1,5 +1,5 @@
-//! A conversation of Klipper's host with the image, once more with the board of memory: it homes three axes and
-//! moves. `peers/klippy/replay.py` has made the record.
+//! A conversation of Klipper's host with the image, once more with the board of memory: it homes three axes
+//! and moves. `peers/klippy/replay.py` has made the record.
 
 use crate::Response;
 use crate::desk::Bench;
