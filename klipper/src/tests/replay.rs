@@ -12,13 +12,16 @@ enum Event {
     Switch(u32, bool),
 }
 
+/// Motor's object and its steps.
+type Position = (u32, i32);
+
 fn bytes(text: &str) -> Vec<u8> {
     let pairs = text.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).expect("text"));
     pairs.map(|pair| u8::from_str_radix(pair, 16).expect("hexadecimal")).collect()
 }
 
 /// Events in the order of their ticks, and the positions that the host was told.
-fn record() -> (Vec<(u64, Event)>, Vec<(u32, i32)>) {
+fn record() -> (Vec<(u64, Event)>, Vec<Position>) {
     let (mut events, mut positions) = (Vec::new(), Vec::new());
     for line in RECORD.lines() {
         let words: Vec<_> = line.split(' ').collect();
