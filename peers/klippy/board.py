@@ -205,7 +205,11 @@ class Board:
         self.log.close()
         # A board ends when nobody takes its words any more; one that says nothing, when its input ends.
         self.listening = False
-        self.process.stdin.close()
+        try:
+            self.process.stdin.close()
+        except BrokenPipeError:
+            # It has died before.
+            pass
         try:
             self.process.wait(END_S)
         except subprocess.TimeoutExpired:

@@ -13,6 +13,8 @@ NEAR_C = 3.0
 HOMING_S, PRINT_S = 120, 7200
 # Pace of two boards on one computer.
 PACE_OF_TWO = 0.1
+# Time in which motors stand when the board with their end stop has died.
+LOST_S = 0.06
 
 
 def expect(is_so, text):
@@ -171,18 +173,51 @@ def stop(desk):
     return message
 
 
-def two(desk):
-    """Z and the extruder on a second board; one host for both."""
-    desk.slow_down(PACE_OF_TWO)
+def add_two(desk, z_endstop):
+    """Two boards, Z and the extruder on the second one; the end stop of Z is where it is said. A host that is ready."""
     desk.add_board("first")
     second = desk.add_board("second")
     more = f"{COLD}\n[mcu second]\nserial: {second.serial}\nbaud: 250000\n"
     for section, step, turn, select in (("stepper_z", "PG3", "PG4", "PG7"), ("extruder", "PC6", "PG5", "PG6")):
         more += f"\n[{section}]\nstep_pin: second:{step}\ndir_pin: !second:{turn}\nenable_pin: !second:PH13\n"
         more += f"\n[tmc2660 {section}]\ncs_pin: second:{select}\n"
-    more += "\n[stepper_z]\nendstop_pin: ^second:PI0\n"
-    desk.start_host(more)
+    return desk.start_host(more + f"\n[stepper_z]\nendstop_pin: ^{z_endstop}\n")
+
+
+def two(desk):
+    """Z and the extruder on a second board; one host for both."""
+    desk.slow_down(PACE_OF_TWO)
+    add_two(desk, "second:PI0")
     return print_file(desk, of_z=1)
+
+
+def lost(desk):
+    """The board with the end stop dies while motors of the other one look for it: they stand, though the host cannot help."""
+    desk.leave_clock()
+    desk.slow_down(PACE_OF_TWO)
+    desk.checks_steps = False
+    host = add_two(desk, "PI0")
+    first, second = desk.boards
+    edges = lambda: second.watch.state()["edges"]
+    host.api.socket.sendall(b'{"id":0,"method":"gcode/script","params":{"script":"G28 Z"}}\x03')
+    began = edges()
+    while edges() == began:
+        time.sleep(0.05)
+    time.sleep(0.5 / desk.pace)
+    at = second.watch.state()
+    first.process.kill()
+    # The trigger's time-out of several boards is 25 ms; as much again for what was on its way.
+    while second.watch.state()["s"] < at["s"] + LOST_S:
+        time.sleep(0.01)
+    then = edges()
+    expect(then > began + 100, "the motors did not move")
+    time.sleep(0.5 / desk.pace)
+    expect(edges() == then, f"motors still run {LOST_S} s after the other board's death")
+    try:
+        host.wait("shutdown", 30 / desk.pace)
+    except Refused as reason:
+        expect("shutdown" in str(reason), str(reason))
+    return f"{then - at['edges']} edges after its death"
 
 
 def bench(desk):
@@ -194,4 +229,5 @@ def bench(desk):
 
 SCENARIOS = {
     "connect": connect, "home": home, "heat": heat, "mesh": mesh, "print": print_part, "benchmark": bench, "stop": stop, "two": two,
+    "lost": lost,
 }
