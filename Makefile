@@ -198,7 +198,7 @@ klipper-files: target/toolchain.mk
 ## make klippy KLIPPER=folder [ONLY="home print"] [PACE=0.25 | LOCK=1] [GCODE=f.gcode] [ELF=image | MODEL=1]
 ##                               Klipper's host program out of this folder, unmodified, against the image controller on the virtual board:
 ##                               a table in out/klippy; LOCK=1 has them on one clock, MODEL=1 needs no image
-klippy: $(if $(MODEL),,virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware))
+klippy: $(if $(KLIPPER),$(if $(MODEL),,virtual-prime $(if $(filter $(IMAGE),$(ELF)),firmware)))
 	@test -n "$(KLIPPER)" || { echo "make klippy: say where Klipper's tree is with KLIPPER=folder"; exit 2; }
 	@python3 peers/klippy/run.py "$(KLIPPER)" out/klippy \
 	    $(if $(MODEL),--model,--console $(VPRIME) --elf "$(if $(filter $(IMAGE),$(ELF)),$(CONTROLLER),$(ELF))") \

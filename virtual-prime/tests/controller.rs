@@ -303,6 +303,41 @@ fn a_host_configures_the_board_and_moves_a_motor() {
     assert_eq!(host.wire.vm.complaints(), Vec::<String>::new());
 }
 
+/// Level of a pin.
+fn level(host: &mut Host<Bench>, pin: &'static str) -> bool {
+    let pin = virtual_prime::pins::pin(pin);
+    host.wire.vm.with(move |stopped| stopped.session.board().level(pin)).expect("the run goes on")
+}
+
+#[test]
+fn heaters_are_off_a_second_after_the_host_s_last_word() {
+    let mut bench = boot_elf(&controller(), board());
+    assert_eq!(bench.vm.run_for(500 * MS), Span::Reached);
+    let mut host = Host::new(bench);
+    host.tell("allocate_oids", &[1]);
+    host.tell("config_digital_out", &[0, pin('E', 0), 0, 0, 3_000 * TICKS]);
+    host.tell("set_digital_out_pwm_cycle", &[0, 100 * TICKS]);
+    host.tell("finalize_config", &[1]);
+    let on = host.clock().wrapping_add(20 * TICKS);
+    host.tell("queue_digital_out", &[0, on, 100 * TICKS]);
+    host.pass(800);
+    assert!(level(&mut host, "PE0"), "the heater is on");
+    // PF14 enables by a low level.
+    assert!(!level(&mut host, "PF14") && level(&mut host, "PD7"));
+    host.pass(220);
+    assert!(!level(&mut host, "PE0"), "on after a second of silence");
+    // It goes on with the host, and ends when the host does not renew it in three seconds.
+    host.clock();
+    host.pass(2);
+    assert!(level(&mut host, "PE0"));
+    for _ in 0..25 {
+        host.pass(80);
+        host.clock();
+    }
+    assert!(!level(&mut host, "PE0"));
+    assert_eq!(host.ask("get_config", &[], "config")[2], 1, "shut down");
+}
+
 /// Most instructions that a step of three motors may take, of interrupt and feed together.
 const STEP_INSTRUCTIONS: u64 = 86;
 
