@@ -46,6 +46,13 @@ class Clock:
             file.seek((TURNS + 1) * 8)
             file.write(bytes((1 + THREADS) * 8))
 
+    @staticmethod
+    def forget_board(page, slot):
+        """Nobody waits any more for a board that has died."""
+        with open(page, "r+b") as file:
+            file.seek(slot * BOARD_WORDS * 8)
+            file.write(bytes(BOARD_WORDS * 8))
+
     def close(self):
         shutil.rmtree(self.folder, ignore_errors=True)
 

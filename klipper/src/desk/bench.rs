@@ -12,6 +12,9 @@ use crate::{Command, Controller, Moves, Response};
 /// A message of the board: its kind, its integers, its buffer.
 pub type Said = (Response, Vec<u32>, Vec<u8>);
 
+/// Time that a run of the timers takes: 1 us. Without it a timer that is always due would have no end.
+const RUN_TICKS: u32 = 200;
+
 thread_local! {
     /// Memory of boards that are no more.
     static MEMORY: RefCell<Vec<(&'static mut Moves, &'static StepQueue)>> = const { RefCell::new(Vec::new()) };
@@ -189,7 +192,7 @@ impl Bench {
             self.is_armed &= !self.queue.is_empty();
             if self.due.wrapping_sub(now) as i32 <= 0 {
                 let wait = self.controller.run();
-                self.due = now.wrapping_add(wait);
+                self.due = now.wrapping_add(wait.max(RUN_TICKS));
                 self.work();
                 self.is_armed |= self.wires.steps_woken.take();
             }
