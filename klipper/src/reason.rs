@@ -48,9 +48,7 @@ reasons! {
     CycleWhileQueued = "Can not set soft pwm cycle ticks while updates pending",
     ResetWhileActive = "Can't reset time when stepper active",
     InvalidCount = "Invalid count parameter",
-    SignalActive = "Can't add signal that is already active",
     TooManyMotors = "This board steps six motors at most",
-    MotorTiming = "Step pulses of one board must be of one kind: all drivers on both edges, or pulses",
     ReportTooLong = "Invalid analog_in bytes_per_report",
     InvalidSpi = "Invalid spi config",
     InvalidSpiBus = "Invalid spi bus",
@@ -67,7 +65,6 @@ reasons! {
     LightsUpdate = "Invalid neopixel update command",
     TooManyLights = "This board has memory for four strips of lights",
     AdcStopped = "The converter has stopped",
-    Fault = "The firmware has met an error and starts anew",
 }
 
 impl Reason {

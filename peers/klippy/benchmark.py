@@ -7,7 +7,8 @@ import tty
 
 from wire import Dictionary, Splitter, block
 
-ANSWER_S = 5.0
+# A board that has all it can do is emulated slowly.
+ANSWER_S = 60.0
 # Steps of each motor, as in the benchmark; and the step that ends it.
 STEPS, LAST_TICKS = 60_000, 3_000
 # Moves of so many steps, one behind the other. A board may play late what it cannot play in time, and say nothing; then the last step
