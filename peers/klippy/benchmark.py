@@ -68,6 +68,8 @@ class Client:
             for found, answered in self.heard:
                 if found == answer:
                     return answered
+                if found == "is_shutdown":
+                    raise RuntimeError(f"{name} is refused in a shutdown")
             self.receive(0.1)
         raise RuntimeError(f"no {answer} to {name}")
 
@@ -101,7 +103,12 @@ def attempt(client, motors, ticks):
         queue(client, oid, start, ticks)
     late = None
     while not client.is_shut_down and late is None:
-        at_end = all(position(client, oid) == end for oid, end in enumerate(ends))
+        try:
+            at_end = all(position(client, oid) == end for oid, end in enumerate(ends))
+        except RuntimeError:
+            if client.is_shut_down:
+                break
+            raise
         behind = (client.ask("get_clock", "clock")["clock"] - start - length - LAST_TICKS + HALF & 0xFFFFFFFF) - HALF
         if at_end:
             late = behind
