@@ -64,6 +64,10 @@ fn constants() -> String {
         ("RESERVE_PINS_crystal", "PH0,PH1,PC14,PC15"),
         ("RESERVE_PINS_debug", "PA13,PA14,PB3,PD5,PD6"),
         ("RESERVE_PINS_outputs", "PF14,PD7"),
+        ("RESERVE_PINS_card", "PG10,PC8,PC9,PC10,PC11,PC12,PD2"),
+        ("RESERVE_PINS_Ethernet", "PA1,PA2,PA7,PG11,PC1,PC4,PC5,PG12,PG13"),
+        ("RESERVE_PINS_USB_host", "PB13,PB14,PB15"),
+        ("RESERVE_PINS_QSPI_flash", "PD11,PF9,PE2,PD13,PB6,PB2"),
     ];
     let numbers = numbers.map(|(name, value)| (name.to_owned(), value.to_string()));
     object(numbers.into_iter().chain(texts.map(|(name, value)| (name.to_owned(), text(value)))))

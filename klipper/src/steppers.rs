@@ -14,9 +14,9 @@ use crate::reason::Reason;
 
 /// Time ahead for which events are written: 0.5 ms.
 const HORIZON: i32 = 100_000;
-/// A motor at rest begins at this time from now at the earliest, so that nothing that has been written comes
-/// after its first event: the horizon, and what a direction is set ahead of a step. Hosts keep 100 ms.
-const LEAST_LEAD: i32 = HORIZON + 4 * TURN_AHEAD as i32;
+/// The first event of a motor at rest, be it a turn or a step, is so far from now at the least: behind all
+/// that has been written, and 5 us more for the way there. Hosts keep 100 ms.
+const LEAST_LEAD: i32 = HORIZON + 1000;
 /// A direction is set so long before the step, if there is room: 2 us.
 const TURN_AHEAD: u32 = 400;
 /// A step that is to be written so late is a host that asks for too much: 1 ms, as in Klipper's own firmware.
@@ -197,12 +197,10 @@ impl Steppers {
         if stepper.count > 0 {
             return pool.push(&mut stepper.queue, queued).ok_or(Reason::MoveQueueOverflow);
         }
-        let first = stepper.last.wrapping_add(interval);
-        if (first.wrapping_sub(now) as i32) < LEAST_LEAD {
-            return Err(Reason::TimerTooClose);
-        }
         stepper.begin(queued);
-        Ok(())
+        // The shutdown that follows takes the move back.
+        let is_late = (stepper.next.wrapping_sub(now) as i32) < LEAST_LEAD;
+        if is_late { Err(Reason::TimerTooClose) } else { Ok(()) }
     }
 
     /// Sets the direction of the moves to come.
@@ -230,9 +228,7 @@ impl Steppers {
     pub fn position(&self, motor: u8) -> i32 {
         let Some(stepper) = self.list.get(usize::from(motor)) else { return 0 };
         let mut ahead = Ahead::of(stepper);
-        for count in self.unplayed().rev() {
-            ahead.undo(self.queue.event(count), motor);
-        }
+        ahead.undo_unplayed(self.queue, usize::from(motor));
         ahead.position
     }
 
@@ -246,12 +242,6 @@ impl Steppers {
         self.queue.is_empty() && self.list.iter().all(|stepper| stepper.count == 0)
     }
 
-    /// Counts of the events that wait to be played.
-    fn unplayed(&self) -> impl DoubleEndedIterator<Item = u32> + use<> {
-        let (played, length) = (self.queue.played(), self.queue.len() as u32);
-        (0..length).map(move |index| played.wrapping_add(index))
-    }
-
     /// Stops motors at once, one bit each: what they had still to make is dropped, and moves to come are
     /// dropped until [`Self::reset_clock`].
     pub fn stop(&mut self, motors: u8, pool: &mut Pool) {
@@ -261,10 +251,7 @@ impl Steppers {
         self.queue.cut();
         for (number, stepper) in self.list.iter_mut().enumerate().filter(|(number, _)| motors & 1 << number != 0) {
             let mut ahead = Ahead::of(stepper);
-            let (played, length) = (self.queue.played(), self.queue.len() as u32);
-            for index in (0..length).rev() {
-                ahead.undo(self.queue.event(played.wrapping_add(index)), number as u8);
-            }
+            ahead.undo_unplayed(self.queue, number);
             stepper.end = ahead.position;
             stepper.direction = ahead.direction;
             stepper.count = 0;
@@ -335,14 +322,16 @@ impl Ahead {
         Self { position: stepper.position(), direction }
     }
 
-    fn undo(&mut self, event: StepEvent, motor: u8) {
-        if event.motor() != usize::from(motor) {
-            return;
-        }
-        if event.is_turn() {
-            self.direction = event.is_forward();
-        } else {
-            self.position = self.position.wrapping_add(if self.direction { -1 } else { 1 });
+    /// Takes back the motor's events that wait in the queue.
+    fn undo_unplayed(&mut self, queue: &StepQueue, motor: usize) {
+        let (played, length) = (queue.played(), queue.len() as u32);
+        let waiting = (0..length).rev().map(|index| queue.event(played.wrapping_add(index)));
+        for event in waiting.filter(|event| event.motor() == motor) {
+            if event.is_turn() {
+                self.direction = event.is_forward();
+            } else {
+                self.position = self.position.wrapping_add(if self.direction { -1 } else { 1 });
+            }
         }
     }
 }

@@ -192,6 +192,33 @@ fn steps_that_come_too_late_are_a_shutdown_and_none_is_made() {
 }
 
 #[test]
+fn a_turn_with_a_long_pulse_comes_in_order_or_not_at_all() {
+    // A pulse of 1 ms, which a direction is set ahead as well: twice the time that is written ahead.
+    const PULSE: u32 = 200_000;
+    for lead in [PULSE + 90_000, PULSE + 110_000] {
+        let mut bench = Bench::with_oids(2);
+        for motor in 0..2 {
+            bench.tell(Command::ConfigStepper, &[motor, 10 * motor, 10 * motor + 1, 0, PULSE]);
+        }
+        bench.finalize();
+        bench.heard();
+        let begin = bench.now().wrapping_add(20_000_000);
+        bench.tell(Command::ResetStepClock, &[0, begin]);
+        bench.tell(Command::QueueStep, &[0, 500_000, 100, 0]);
+        bench.pass(30_000_000);
+        let now = bench.now();
+        bench.tell(Command::ResetStepClock, &[1, now.wrapping_sub(1_000_000)]);
+        bench.tell(Command::SetNextStepDir, &[1, 1]);
+        let said = bench.tell(Command::QueueStep, &[1, 1_000_000 + lead, 1, 0]);
+        let is_late = said.iter().any(|(kind, ..)| *kind == Response::Shutdown);
+        assert_eq!(is_late, lead < PULSE + 101_000, "{lead}");
+        bench.pass(50_000_000);
+        assert_eq!(bench.steps(1).len(), usize::from(!is_late));
+        assert!(bench.played.windows(2).all(|pair| pair[1].at.wrapping_sub(pair[0].at) as i32 >= 0));
+    }
+}
+
+#[test]
 fn a_host_that_asks_for_too_many_steps_is_stopped() {
     let mut bench = bench();
     let begin = bench.now().wrapping_add(20_000_000);
