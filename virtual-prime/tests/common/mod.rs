@@ -1,6 +1,7 @@
 //! Finds the test images, and runs one.
 
 pub mod hang;
+pub mod klipper_host;
 pub mod machine;
 pub mod print;
 pub mod seal;
