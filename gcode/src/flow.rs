@@ -29,16 +29,29 @@ pub enum FlowWord {
 }
 
 impl FlowWord {
-    /// The word of these letters, whichever case they are in.
-    fn of(written: &[u8]) -> Option<Self> {
-        const fn is(word: &str) -> u64 {
-            pack(word.as_bytes())
-        }
+    /// The word at the beginning of a text, whichever case its letters are in, and its length in bytes.
+    #[inline]
+    fn at_start_of(text: &[u8]) -> Option<(Self, usize)> {
         const { assert!("endrepeat".len() <= MOST_PACKED, "the longest word fits") };
-        if written.len() > MOST_PACKED {
-            return None;
+        let (mut letters, mut length) = (0, 0);
+        for letter in text.iter().take_while(|byte| byte.is_ascii_alphabetic()) {
+            letters = pack(letters, *letter);
+            length += 1;
         }
-        Some(match pack(written) {
+        let word = Self::of(letters).filter(|_| length <= MOST_PACKED)?;
+        Some((word, length))
+    }
+
+    /// The word of these letters, packed.
+    fn of(letters: u64) -> Option<Self> {
+        const fn is(word: &str) -> u64 {
+            let (mut packed, mut left) = (0, word.as_bytes());
+            while let [letter, rest @ ..] = left {
+                (packed, left) = (pack(packed, *letter), rest);
+            }
+            packed
+        }
+        Some(match letters {
             letters if letters == const { is("while") } => Self::While,
             letters if letters == const { is("endwhile") } => Self::EndWhile,
             letters if letters == const { is("if") } => Self::If,
@@ -85,15 +98,10 @@ impl FlowWord {
 /// Greatest number of letters that [`pack`] tells apart.
 const MOST_PACKED: usize = 12;
 
-/// Puts letters into a number, five bits each, the same for both cases: words are told apart by one
+/// Adds a letter to packed ones, five bits each, the same for both cases: words are told apart by one
 /// comparison each.
-const fn pack(letters: &[u8]) -> u64 {
-    let (mut packed, mut place) = (0, 0);
-    while place < letters.len() {
-        packed = packed << 5 | (letters[place] & 31) as u64;
-        place += 1;
-    }
-    packed
+const fn pack(packed: u64, letter: u8) -> u64 {
+    packed << 5 | (letter & 31) as u64
 }
 
 /// A line that begins with an O word.
@@ -136,10 +144,8 @@ impl<'a> FlowLine<'a> {
         if matches!(rest.first(), None | Some(b'(' | b';')) {
             return Ok(Self { label, word: FlowWord::Number, line, worked_out, at: line.len() });
         }
-        let length = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
-        let written = rest.get(..length).unwrap_or(&[]);
         let bad = SyntaxError::at(begin, Problem::BadFlowWord);
-        let word = FlowWord::of(written).ok_or(bad)?;
+        let (word, length) = FlowWord::at_start_of(rest).ok_or(bad)?;
         Ok(Self { label, word, line, worked_out, at: begin + length })
     }
 
