@@ -203,6 +203,13 @@ impl<'a> Block<'a> {
         self.present & !letters != 0
     }
 
+    /// The letters of all words that are there: [`letter_bit`] each.
+    #[must_use]
+    #[inline]
+    pub const fn letters(&self) -> u32 {
+        self.present
+    }
+
     /// Whether there is no word (nor text) beside the code.
     #[must_use]
     pub const fn is_bare(&self) -> bool {
@@ -236,6 +243,19 @@ impl<'a> Block<'a> {
                 self.valued &= !(1 << index);
             }
         }
+    }
+
+    /// Adds the words of another block whose letters are among these: [`letter_bit`] each.
+    pub(crate) fn take(&mut self, other: &Self, letters: u32) {
+        let mut left = other.present & letters;
+        while left != 0 {
+            let index = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if let Some(word) = other.word(index) {
+                self.put(index, *word);
+            }
+        }
+        self.valued &= !(other.present & letters & !other.valued);
     }
 
     /// Adds or replaces a word that has a number, by its letter in upper case.

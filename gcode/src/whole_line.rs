@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use crate::block::{Block, Code, Letter, WORD_LETTERS};
+use crate::block::{Block, Code, Letter};
 use crate::error::{Problem, SyntaxError, column};
 use crate::expression::Parameters;
 use crate::scanner::Blocks;
@@ -15,6 +15,8 @@ pub const MOST_CODES: usize = 16;
 #[derive(Clone, Debug)]
 pub struct WholeLine<'a> {
     pub(crate) all: Block<'a>,
+    /// Column at which the line begins, from 1.
+    column: u16,
     codes: Vec<Code, MOST_CODES>,
     /// Column of each code, from 1.
     columns: Vec<u16, MOST_CODES>,
@@ -27,6 +29,7 @@ impl<'a> Default for WholeLine<'a> {
     fn default() -> Self {
         Self {
             all: Block::new(None, 1),
+            column: 1,
             codes: Vec::new(),
             columns: Vec::new(),
             twice: None,
@@ -54,17 +57,18 @@ impl<'a> WholeLine<'a> {
         &self.all
     }
 
-    /// A code, or the one in force, with those of the line's words whose letters are wanted.
-    pub fn part(&mut self, code: Option<Code>, wanted: impl Fn(char) -> bool) -> &Block<'a> {
+    /// A code, or the one in force, with those of the line's words whose letters are wanted:
+    /// [`letter_bit`](crate::letter_bit) each.
+    pub fn part(&mut self, code: Option<Code>, wanted: u32) -> &Block<'a> {
         let place = self.codes.iter().position(|other| Some(*other) == code);
-        let column = place.and_then(|place| self.columns.get(place)).copied();
-        self.part.begin(code, column.unwrap_or(self.all.column));
-        for letter in WORD_LETTERS {
-            if self.all.has(letter) && wanted(letter) {
-                let column = self.all.column_of(letter).min(u16::from(u8::MAX)) as u8;
-                self.part.set(letter as u8, self.all.get(letter), column);
-            }
+        let column = place.and_then(|place| self.columns.get(place)).copied().unwrap_or(self.column);
+        // Most lines have one code, which takes all their words.
+        if !self.all.has_beside(wanted) {
+            (self.all.code, self.all.column) = (code, column);
+            return &self.all;
         }
+        self.part.begin(code, column);
+        self.part.take(&self.all, wanted);
         &self.part
     }
 }
@@ -82,7 +86,8 @@ impl<'a> Blocks<'a> {
         whole.codes.clear();
         whole.columns.clear();
         whole.twice = None;
-        whole.all.begin(None, column(self.at));
+        whole.column = column(self.at);
+        whole.all.begin(None, whole.column);
         while let Some(letter) = self.next_word(parameters)? {
             let begin = self.at;
             let code = match letter {

@@ -178,7 +178,7 @@ impl Reading<'_, '_> {
             Err(fault) => return Some(Err(self.wrong(&fault))),
         };
         for part in &parts {
-            let block = whole.part(part.code, |letter| part.takes(letter)).clone();
+            let block = whole.part(part.code, part.letters).clone();
             if let Err(said) = self.block(&block).await {
                 return Some(Err(said));
             }

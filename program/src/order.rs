@@ -64,15 +64,8 @@ fn rank(code: Code) -> Option<u8> {
 pub struct Part {
     /// Code of the part; `None` for the motion code in force.
     pub code: Option<Code>,
-    letters: u32,
-}
-
-impl Part {
-    /// Whether a word belongs to this part.
-    #[must_use]
-    pub const fn takes(&self, letter: char) -> bool {
-        self.letters & letter_bit(letter) != 0
-    }
+    /// Letters of the words that belong to it: [`letter_bit`] each.
+    pub letters: u32,
 }
 
 /// Parts of a line, in order.
@@ -122,10 +115,7 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
             return Err(Problem::SameGroup(*other, *code).refused(0));
         }
     }
-    let written = gcode::WORD_LETTERS
-        .into_iter()
-        .filter(|letter| line.words().has(*letter))
-        .fold(0, |all, letter| all | letter_bit(letter));
+    let written = line.words().letters();
     let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank == TOOL_OFFSETS && row.letters & AXES != 0;
     let places = || ranked.iter().filter(|(rank, _, row)| is_place(*rank, row)).map(|(_, code, _)| *code);
     let motion = ranked.iter().find(|(rank, ..)| *rank == MOTION).map(|(_, code, _)| *code);

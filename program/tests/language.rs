@@ -226,7 +226,7 @@ impl Session {
             match program::arrange(&whole) {
                 Some(Ok(parts)) => {
                     for part in &parts {
-                        let block = whole.part(part.code, |letter| part.takes(letter)).clone();
+                        let block = whole.part(part.code, part.letters).clone();
                         if !self.run_block(&block, asked) {
                             return self.interpreter.drop_line();
                         }

@@ -157,7 +157,7 @@ fn run_parts<P: Ports>(
     for (place, part) in parts.iter().enumerate().skip(from) {
         last = part.code;
         let height = machine.frames.len();
-        let block = whole.part(part.code, |letter| part.takes(letter));
+        let block = whole.part(part.code, part.letters);
         let outcome = run_block(machine, block, source);
         let outcome = settled(outcome, &machine.world, &mut machine.jobs, &machine.program, block, source);
         match outcome {
