@@ -26,7 +26,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check macros klipper-files klippy bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check macros klipper-files klippy bench budget faults updates fuzz peers peers-senders peers-network peers-slicers peers-fuzz usb usb-fuzz net net-fuzz stream replay velvet emulator virtual-prime clean
 .PHONY: web page test-web test-page
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
@@ -143,6 +143,14 @@ net: virtual-prime firmware
 	@$(CARGO) test -q --locked --release -p net -- --include-ignored
 	@cd virtual-prime && CARGO_TARGET_DIR=target VELVET_ELF="$(CURDIR)/$(IMAGE)" \
 	    $(VP_CARGO) test -q --locked --release --ignore-rust-version --test board -- network:: other_stacks:: --include-ignored
+
+## make net-fuzz [ROUNDS=n] [SEED=n]       frames and answers that make no sense, to the stack at the desk; an hour if not said otherwise
+net-fuzz:
+	@set -e; first=$(if $(SEED),$(SEED),1000); end=$$((first + $(if $(ROUNDS),$(ROUNDS),3600))); \
+	for seed in $$(seq $$first 100 $$((end - 1))); do \
+	    left=$$((end - seed)); [ $$left -le 100 ] || left=100; \
+	    NET_SEED=$$seed NET_ROUNDS=$$left $(CARGO) test -q --locked --release -p net -- fuzz::many --ignored; \
+	done
 
 ## make usb-fuzz [SECONDS=n] [SEED=n]      requests of any kind at the image's USB socket, for an hour if not said otherwise, and a hundred cables
 ##                               pulled out while it works
