@@ -25,8 +25,24 @@ const MOST_LATE: i32 = 200_000;
 /// quarter of it.
 const FULL_WAIT: u32 = 10_000;
 
-/// Ticks to the next event of a motor that has none.
-const AT_REST: i32 = i32::MAX;
+/// Steps of a motor that are written one after the other without a look at anything else.
+#[derive(Clone, Copy)]
+struct Pace {
+    /// Ticks to the next event.
+    ahead: i32,
+    /// Ticks from the next step to the one behind it.
+    interval: u32,
+    add: u32,
+    /// Steps before the last one of the move. Zero: that is due next, or a turn.
+    left: u32,
+    /// Word of its steps' events: the motor's number.
+    word: u32,
+}
+
+impl Pace {
+    /// Pace of a motor that has nothing to do.
+    const AT_REST: Self = Self { ahead: i32::MAX, interval: 0, add: 0, left: 0, word: 0 };
+}
 
 /// Steps of the move that is under way, and what is known of a motor.
 #[derive(Debug)]
@@ -75,43 +91,41 @@ impl Stepper {
         }
     }
 
-    /// The next event, which is due at `clock`.
-    #[inline(always)]
-    const fn event(&self, clock: u32, number: usize) -> StepEvent {
-        if self.turns {
-            let forward = if self.direction { 0 } else { StepEvent::FORWARD };
-            return StepEvent { at: clock, word: number as u32 | StepEvent::TURN | forward };
+    /// The pace at which its steps are written, with times in ticks from now.
+    const fn pace(&self, number: u32, now: u32) -> Pace {
+        if self.count == 0 {
+            return Pace::AT_REST;
         }
-        StepEvent { at: clock, word: number as u32 }
+        let left = if self.turns { 0 } else { self.count - 1 };
+        Pace { ahead: self.next.wrapping_sub(now) as i32, interval: self.interval, add: self.add, left, word: number }
     }
 
-    /// Goes on behind the event that was due in `ahead` ticks from now. Returns the ticks to the next one.
-    #[inline(always)]
-    fn advance(&mut self, ahead: i32, now: u32, pool: &mut Pool) -> i32 {
+    /// Takes over how far its steps have been written.
+    const fn keep(&mut self, pace: &Pace, now: u32) {
+        if self.count == 0 {
+            return;
+        }
+        self.next = now.wrapping_add(pace.ahead as u32);
+        if !self.turns {
+            (self.interval, self.count) = (pace.interval, pace.left + 1);
+        }
+    }
+
+    /// Goes on behind the last step of a move, or behind a turn, which was due at `clock`: what that was.
+    #[inline(never)]
+    fn pass(&mut self, clock: u32, number: u32, pool: &mut Pool) -> StepEvent {
         if self.turns {
             self.turns = false;
-            return self.step_behind.wrapping_sub(now) as i32;
+            self.next = self.step_behind;
+            let forward = if self.direction { 0 } else { StepEvent::FORWARD };
+            return StepEvent { at: clock, word: number | StepEvent::TURN | forward };
         }
-        self.count -= 1;
-        if self.count == 0 {
-            self.last = now.wrapping_add(ahead as u32);
-            return self.next_move(now, pool);
+        self.count = 0;
+        self.last = clock;
+        if let Some(queued) = pool.pop(&mut self.queue) {
+            self.begin(queued);
         }
-        let next = ahead.wrapping_add(self.interval as i32);
-        self.interval = self.interval.wrapping_add(self.add);
-        next
-    }
-
-    /// Begins the next move. Returns the ticks to its first event.
-    #[inline(always)]
-    fn next_move(&mut self, now: u32, pool: &mut Pool) -> i32 {
-        match pool.pop(&mut self.queue) {
-            Some(queued) => {
-                self.begin(queued);
-                self.next.wrapping_sub(now) as i32
-            }
-            None => AT_REST,
-        }
+        StepEvent { at: clock, word: number }
     }
 
     fn begin(&mut self, queued: Move) {
@@ -273,39 +287,48 @@ impl Steppers {
     /// Steps are asked for faster than they can be made: the next one is a millisecond late.
     pub fn write(&mut self, now: u32, pool: &mut Pool) -> Result<Option<u32>, Reason> {
         let Self { list, queue } = self;
-        // Ticks from now to the next event of each motor. What is done for every step is done in here.
-        let mut ahead = [AT_REST; MAX_ACTUATORS];
-        for (ahead, stepper) in ahead.iter_mut().zip(list.iter()).filter(|(_, stepper)| stepper.count > 0) {
-            *ahead = stepper.next.wrapping_sub(now) as i32;
+        // What is done for every step is done on these.
+        let mut paces = [Pace::AT_REST; MAX_ACTUATORS];
+        for ((number, stepper), pace) in list.iter().enumerate().zip(&mut paces) {
+            *pace = stepper.pace(number as u32, now);
         }
+        let paces = paces.get_mut(..list.len()).unwrap_or_default();
         let mut writer = queue.writer(u32::MAX);
-        let mut least = ahead.iter().copied().fold(AT_REST, i32::min);
-        let outcome = loop {
-            if least > HORIZON {
-                let wait = (least as u32).wrapping_sub(HORIZON as u32 / 2);
-                break Ok(if least == AT_REST { None } else { Some(wait) });
-            }
-            if least < -MOST_LATE {
-                break Err(Reason::StepperTooLate);
-            }
-            if writer.room() < MAX_ACTUATORS as u32 {
-                break Ok(Some(FULL_WAIT));
-            }
+        let mut times_left = writer.room() / MAX_ACTUATORS as u32;
+        let mut least = paces.iter().map(|pace| pace.ahead).fold(i32::MAX, i32::min);
+        if least < -MOST_LATE {
+            return Err(Reason::StepperTooLate);
+        }
+        while least <= HORIZON && times_left > 0 {
+            times_left -= 1;
             // Whatever is due at the earliest time is written, and the next time is found, in one pass.
-            let mut next = AT_REST;
-            for ((number, stepper), ahead) in list.iter_mut().enumerate().zip(&mut ahead) {
-                if *ahead == least {
-                    let _has_room = writer.push(stepper.event(now.wrapping_add(least as u32), number));
-                    *ahead = stepper.advance(least, now, pool);
+            let clock = now.wrapping_add(least as u32);
+            let mut next = i32::MAX;
+            for pace in paces.iter_mut() {
+                if pace.ahead == least {
+                    if pace.left > 0 {
+                        writer.push_into_room(StepEvent { at: clock, word: pace.word });
+                        pace.left -= 1;
+                        pace.ahead = least.wrapping_add(pace.interval as i32);
+                        pace.interval = pace.interval.wrapping_add(pace.add);
+                    } else if let Some(stepper) = list.get_mut(pace.word as usize) {
+                        let number = pace.word;
+                        writer.push_into_room(stepper.pass(clock, number, pool));
+                        *pace = stepper.pace(number, now);
+                    }
                 }
-                next = next.min(*ahead);
+                next = next.min(pace.ahead);
             }
             least = next;
-        };
-        for (stepper, ahead) in list.iter_mut().zip(ahead).filter(|(stepper, _)| stepper.count > 0) {
-            stepper.next = now.wrapping_add(ahead as u32);
         }
-        outcome
+        for (stepper, pace) in list.iter_mut().zip(paces) {
+            stepper.keep(pace, now);
+        }
+        Ok(match least {
+            i32::MAX => None,
+            _ if least <= HORIZON => Some(FULL_WAIT),
+            _ => Some((least as u32).wrapping_sub(HORIZON as u32 / 2)),
+        })
     }
 }
 

@@ -187,8 +187,9 @@ impl StepQueue {
     /// A writer for so many events at most: they are published together when it is dropped.
     #[must_use]
     pub fn writer(&self, most: u32) -> Writer<'_> {
+        let written = self.written.load(Ordering::Relaxed);
         let room = (self.free() as u32).min(most);
-        Writer { queue: self, written: self.written.load(Ordering::Relaxed), room }
+        Writer { queue: self, written, end: written.wrapping_add(room) }
     }
 
     /// Returns the number of events that wait to be played.
@@ -316,7 +317,8 @@ impl StepQueue {
 pub struct Writer<'a> {
     queue: &'a StepQueue,
     written: u32,
-    room: u32,
+    /// Count of events that would be written with all room used.
+    end: u32,
 }
 
 impl Writer<'_> {
@@ -324,19 +326,24 @@ impl Writer<'_> {
     #[must_use]
     #[inline(always)]
     pub fn room(&self) -> u32 {
-        self.room
+        self.end.wrapping_sub(self.written)
     }
 
     /// Appends an event unless there is no more room; says whether it did.
     #[inline(always)]
     pub fn push(&mut self, event: StepEvent) -> bool {
-        if self.room == 0 {
+        if self.written == self.end {
             return false;
         }
+        self.push_into_room(event);
+        true
+    }
+
+    /// Appends an event where there is [`Self::room`]: an event of before would be lost otherwise.
+    #[inline(always)]
+    pub fn push_into_room(&mut self, event: StepEvent) {
         self.queue.slots[(self.written & MASK) as usize].write(event);
         self.written = self.written.wrapping_add(1);
-        self.room -= 1;
-        true
     }
 }
 

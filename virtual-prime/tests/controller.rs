@@ -120,7 +120,7 @@ fn heaters_are_off_a_second_after_the_host_s_last_word() {
 }
 
 /// Most instructions that a step of three motors may take, of interrupt and feed together.
-const STEP_INSTRUCTIONS: u64 = 86;
+const STEP_INSTRUCTIONS: u64 = 76;
 
 #[test]
 fn a_step_of_three_motors_takes_few_instructions() {
