@@ -289,6 +289,26 @@ fn z_that_homes_by_the_probe_homes_by_a_line() {
 }
 
 #[test]
+fn a_template_stands_for_g28_and_z_homes_by_the_probe_within_it() {
+    let base = folder("override");
+    let printer = std::fs::read_to_string(PRINTER).expect("ours").replace("[include parts/*.cfg]", "");
+    let printer = printer.replace("endstop_pin: PG10\nposition_endstop: 0.3", "endstop_pin: probe:z_virtual_endstop");
+    let homing = "[homing_override]\naxes: xyz\nset_position_z: 0\ngcode:\n  G90\n  G0 Z10 F600\n  G28 X Y\n  G0 X150 Y140 F3000\n  G28 Z\n\n";
+    let file = base.join("printer.cfg");
+    std::fs::write(&file, printer.replace("[probe]\npin: PB7\n", &format!("{homing}[probe]\npin: PB7\n")))
+        .expect("written");
+    let run = velvet(&["migrate", text(&file), "--out", text(&base.join("out"))]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let new = settings(&base.join("out"));
+    assert_eq!(new["[endstops] common.home_z_gcode"], "G30_L_G28.3_Z1.5_G0_Z5");
+    assert!(!new.contains_key("[endstops] common.home_gcode"));
+    let verdicts = verdicts(&report(&base.join("out")));
+    for option in ["axes", "set_position_z", "gcode"] {
+        assert_eq!(verdicts[&("homing_override".to_owned(), option.to_owned())].0, "kept");
+    }
+}
+
+#[test]
 fn carriages_and_what_motors_move_become_axes_and_factors() {
     let base = folder("generic");
     let carriage = |axis: &str, pin: &str| {

@@ -124,6 +124,8 @@ fn scan_file<S: Storage>(
             } else if options.name().starts_with("delayed_gcode ") {
                 index.mark(section, Use::Delayed);
                 note_delayed(delayed, section, &mut options, now_us);
+            } else if options.name() == "homing_override" {
+                note_name(loaded, "G28");
             }
         }
     };

@@ -24,6 +24,10 @@ impl PhaseHands<'static> for Bench {
     fn phases(&mut self) -> &mut EndstopPhases {
         &mut self.extra.phases
     }
+
+    fn homes_by_template(&self) -> bool {
+        false
+    }
 }
 
 impl ProbeHands<'static> for Bench {

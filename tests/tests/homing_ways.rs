@@ -141,7 +141,7 @@ fn a_grid_is_not_measured_by_homing_past_the_script() {
         .start();
     bench.lay(sim::models::surface::Surface::default());
     let before = at(&bench);
-    assert_eq!(bench.say("G32"), "error:home the machine with G28 first: home_gcode says how, and may hold any code\n");
+    assert!(bench.say("G32").starts_with("error:home the machine with G28 first: home_gcode"));
     assert_eq!(at(&bench), before, "nothing moved");
     bench.run(&["G28", "G1 X90 Y90 Z20 F6000", "M400"]);
     bench.type_in("G32\n");

@@ -1,16 +1,14 @@
 //! Carries out what the program says, one action at a time, and waits where it must.
 
 use base::failure::{Answer, Failure, Outcome};
-use base::hands::Hands as _;
 use base::needs::{failure_of, needs};
-use base::ports::MotionPort as _;
 use base::sessions::Recipient;
 use base::{Ports, World};
 use gcode::Blocks;
 use parts::heat_codes;
 use parts::motion_codes;
 use program::{Action, Dialect, Fault, Meaning, Part, ProbeAlong, ProbeDown};
-use units::{Celsius, PerAxis};
+use units::Celsius;
 
 use super::program_flow::FlowHands as _;
 use super::{bore_retract, dry_run, program_flow, tool_change};
@@ -104,7 +102,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         }
         Action::Home(axes) => return stand(machine, |machine| homing::home(machine, axes, to)),
         Action::SetPosition { to: ref position, homed } => {
-            return stand(machine, |machine| set_position(machine, position, homed));
+            return stand(machine, |machine| homing::set_position(machine, position, homed));
         }
         Action::ForgetHoming(axes) => return stand(machine, |machine| forget_homed(machine, axes)),
         Action::ProbeDown(ref probe) => return stand(machine, |machine| probe_down(machine, probe, to)),
@@ -182,19 +180,4 @@ fn heat_and_wait<'c>(
     let heated = heat_codes::heat_and_wait(&mut hands.sequence(to), heater, target, cools);
     hands.jobs().set_heating(false);
     heated.map(|()| Answer::Ok)
-}
-
-fn set_position<'c>(hands: &mut impl MoveHands<'c>, to: &PerAxis<Option<f64>>, homed: bool) -> Outcome {
-    hands.standstill()?;
-    let mut position = hands.position();
-    let named = units::AxisSet::collect(units::Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
-    named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
-    let World { ports, texts, .. } = hands.world();
-    let set = ports.motion(|motion| motion.set_position(position));
-    set.map_err(|refusal| texts.refused(format_args!("{refusal}")))?;
-    if homed {
-        hands.sequence(Recipient::Nobody).declare_homed(named);
-    }
-    hands.axes().stray(named);
-    Ok(Answer::Ok)
 }

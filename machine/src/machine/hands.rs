@@ -5,7 +5,7 @@ use core::fmt::Arguments;
 
 use base::axes::Axes;
 use base::bed::Bed;
-use base::failure::{Failure, Texts};
+use base::failure::{Failure, Outcome, Texts};
 use base::hands::Hands;
 use base::ports::{DriversPort, FileHandle, InputLevels, StorageError, Wake};
 use base::reason::Alarm;
@@ -297,6 +297,10 @@ impl<'c, P: Ports> PhaseHands<'c> for MachineHands<'_, 'c, P> {
     fn phases(&mut self) -> &mut EndstopPhases {
         &mut self.machine.phases
     }
+
+    fn homes_by_template(&self) -> bool {
+        Features::<P>::has_homing(self.machine)
+    }
 }
 
 impl<'c, P: Ports> ProbeHands<'c> for MachineHands<'_, 'c, P> {
@@ -416,6 +420,10 @@ impl<'c, P: Ports> JobHands<'c> for Machine<'c, P> {
 
     fn leaves_for_heights(&mut self, heights: [f64; 2]) {
         Features::<P>::leaves_for_heights(self, heights);
+    }
+
+    fn homes(&mut self, named: AxisSet, to: Recipient) -> Option<Outcome> {
+        Features::<P>::homes(self, named, to)
     }
 
     fn extruders_count_anew(&mut self) {

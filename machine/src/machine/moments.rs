@@ -15,7 +15,7 @@ use gcode::{Block, Code, Line, realtime::Realtime};
 use jobs::player::StalledJob;
 use printer_cfg::Memory;
 use program::{BEGINNING_BYTES, Dialect, LightChange, Move, State, Words};
-use units::Micros;
+use units::{AxisSet, Micros};
 
 use super::Machine;
 use super::source::Source;
@@ -196,6 +196,11 @@ moments! {
     first run_named(machine: &mut M, line: &str, source: Source) -> Option<Outcome>;
     /// Carries out a code that the feature has taken for its own. None: it has not.
     first run_code(machine: &mut M, block: &Block<'_>, source: Source) -> Option<Outcome>;
+
+    /// Homes these axes, or all where none is named, in the feature's own way. None: it has none for them.
+    first homes(machine: &mut M, named: AxisSet, to: Recipient) -> Option<Outcome>;
+    /// Whether the feature has a way of its own to home.
+    any has_homing(machine: &M) -> bool;
 
     /// Takes a line of a session, whatever it says.
     any take_session_line(machine: &mut M, id: SessionId, line: &LineBytes) -> bool;

@@ -7,7 +7,7 @@
 use core::fmt::Arguments;
 
 use base::axes::Axes;
-use base::failure::Failure;
+use base::failure::{Failure, Outcome};
 use base::ports::{MotionPort as _, Wake};
 use base::reason::Alarm;
 use base::safety::Event;
@@ -145,6 +145,9 @@ pub(crate) trait JobHands<'c>: MoveHands<'c> {
 
     /// Has features act before the machine leaves for heights that the file does not say, mm.
     fn leaves_for_heights(&mut self, heights: [f64; 2]);
+
+    /// Has a feature home these axes in its own way. None: none has one for them.
+    fn homes(&mut self, named: AxisSet, to: Recipient) -> Option<Outcome>;
 
     /// Has features know that extruders count from another place, with no filament moved.
     fn extruders_count_anew(&mut self);

@@ -8,4 +8,7 @@ use super::records::EndstopPhases;
 pub trait PhaseHands<'c>: Hands<'c> {
     /// Returns the phases that motors have at their switches.
     fn phases(&mut self) -> &mut EndstopPhases;
+
+    /// Whether a template of the printer.cfg stands for G28.
+    fn homes_by_template(&self) -> bool;
 }

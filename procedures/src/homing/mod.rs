@@ -50,20 +50,21 @@ pub fn home<'c>(hands: &mut impl PhaseHands<'c>, named: AxisSet) -> Result<(), F
     home_with(hands, named, &samples)
 }
 
-/// Homes everything before a bed is measured. If `home_gcode` of the configuration stands for G28, homing is
-/// not known to be safe without that line, and the line may hold any code: then the machine must already have
-/// been homed by it.
+/// Homes everything before a bed is measured. If lines of the configuration home, or a template stands for
+/// G28, homing is not known to be safe without them, and they may hold any code: then the machine must
+/// already have been homed by them.
 ///
 /// # Errors
-/// As [`home`]; a refusal when that line has not been run.
+/// As [`home`]; a refusal when they have not been run.
 pub fn home_before_probing<'c>(hands: &mut impl PhaseHands<'c>) -> Result<(), Failure> {
-    if hands.config().homing.gcode.is_empty() {
+    let homing = &hands.config().homing;
+    if homing.gcode.is_empty() && homing.z_gcode.is_empty() && !hands.homes_by_template() {
         return home(hands, AxisSet::NONE);
     }
     if hands.all_homed() {
         return Ok(());
     }
-    Err(Failure::refused(&"home the machine with G28 first: home_gcode says how, and may hold any code"))
+    Err(Failure::refused(&"home the machine with G28 first: home_gcode or [homing_override] may hold any code"))
 }
 
 /// Homes an axis with `count` slow approaches to its switch, and reports their agreement. Returns the

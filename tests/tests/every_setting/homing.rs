@@ -50,6 +50,7 @@ pub const ROWS: &[Row] = &[
     row("[endstops] common.homing_tolerance", "0.02", "5", Look(homes_a_loose_switch)).with(SAMPLES),
     row("[endstops] common.homing_retries", "0", "2", Look(homes_a_loose_switch)).with(SAMPLES),
     row("[endstops] common.home_gcode", "", "G91 G1 Z2 F600 G90 G28", Edges(HOME)),
+    row("[endstops] common.home_z_gcode", "", "G0 Z7 F600", Edges(HOME)),
     row("[endstops] common.alpha_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
     row("[endstops] common.beta_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),
     row("[endstops] common.gamma_trim_mm", "0", "-0.5", Edges(HOMED_DELTA)).on(DELTA).built(),

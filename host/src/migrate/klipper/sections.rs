@@ -87,7 +87,7 @@ pub const SECTIONS: &[Row] = &[
     row("quad_gantry_level", Converted, "G34", "[z alignment] twist = true"),
     english("z_thermal_adjust", Converted, "Z follows the frame", "[z thermal adjust]"),
     row("safe_z_home", Converted, "where Z homes", "[endstops] safe_z_x, home_lift"),
-    row("homing_override", Refused, "its template is not carried out", "[gcode_macro G28] with rename_existing"),
+    row("homing_override", Kept, "its template stands for G28", "[macros] file, [endstops] home_z_gcode"),
     row("endstop_phase <stepper>", Converted, "homing by the motor's phase", "[endstops] phase_check"),
     row("gcode_macro <name>", Kept, "its template runs on the board", "[macros] file"),
     row("delayed_gcode <name>", Kept, "its template runs on the board", "[macros] file"),

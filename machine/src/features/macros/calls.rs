@@ -7,12 +7,13 @@ use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::own_frame::apart;
 use base::sessions::{LineBytes, Recipient};
-use gcode::{Block, Extended};
+use gcode::{Block, Code, Extended};
 use heapless::String;
 use printer_cfg::{Call, Section, Trouble};
 use program::Dialect;
 
 use super::hands::{MacroHands, Seen, refused};
+use super::homing;
 use super::look::{Look, Parameters};
 use crate::features::state::Step;
 use crate::features::viewers;
@@ -54,16 +55,17 @@ pub(super) fn run_code<'c>(hands: &mut impl MacroHands<'c>, block: &Block<'_>, s
     write!(name, "{code}").ok()?;
     let store = &hands.macros().memory.store;
     let (named, renamed) = (store.named("gcode_macro", &name), store.renamed(&name));
-    let section = named.or(renamed)?;
     let mut line = Text::new();
     if write!(line, "{block}").is_err() {
         return Some(Err(Failure::refused(&"the line is too long")));
     }
     let words = line.get(name.len()..).unwrap_or("").trim_start();
-    Some(match named {
-        Some(_) => call(hands, section, "gcode", &Parameters::Coded(words), source.to, Shares::No),
-        None => call_replaced(hands, section, words, source.to, Shares::No),
-    })
+    match (named, renamed) {
+        (Some(section), _) => Some(call(hands, section, "gcode", &Parameters::Coded(words), source.to, Shares::No)),
+        (None, Some(section)) => Some(call_replaced(hands, section, words, source.to, Shares::No)),
+        (None, None) if code == Code::g(28) => homing::begin(hands, words, source.to),
+        (None, None) => None,
+    }
 }
 
 /// Renders a macro, and has its lines carried out next.
@@ -104,6 +106,11 @@ fn call_replaced<'c>(
     shares: Shares,
 ) -> Outcome {
     let name = name_of(hands, section)?;
+    if name.eq_ignore_ascii_case("G28")
+        && let Some(outcome) = homing::begin(hands, words, to)
+    {
+        return outcome;
+    }
     run_text(hands, section, [&name, words], to, shares)
 }
 

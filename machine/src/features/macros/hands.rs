@@ -39,6 +39,9 @@ pub(crate) trait MacroHands<'c>: ViewedHands<'c> + JobHands<'c> {
     /// Whether G-code is due.
     fn is_due(&self) -> bool;
 
+    /// Whether `[homing_override]` stands for G28.
+    fn has_homing(&self) -> bool;
+
     /// Whether nothing is in work.
     fn is_at_rest(&self) -> bool;
 
@@ -64,6 +67,10 @@ impl<'c, P: Ports> MacroHands<'c> for Machine<'c, P> {
 
     fn is_due(&self) -> bool {
         self.features.macros.is_due
+    }
+
+    fn has_homing(&self) -> bool {
+        self.features.macros.memory.store.section(super::homing::SECTION).is_some()
     }
 
     fn is_at_rest(&self) -> bool {

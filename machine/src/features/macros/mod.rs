@@ -7,6 +7,7 @@
 pub(crate) mod calls;
 mod commands;
 mod hands;
+mod homing;
 mod kept_modes;
 mod look;
 mod objects;
@@ -16,8 +17,9 @@ pub(crate) mod state;
 mod status;
 
 use base::failure::Outcome;
+use base::sessions::Recipient;
 use gcode::{Block, Extended};
-use units::Micros;
+use units::{AxisSet, Micros};
 
 use crate::machine::moments::{JobBegins, Moments};
 use crate::machine::source::Source;
@@ -56,6 +58,14 @@ impl<'c, M: MacroHands<'c>> Moments<M> for Feature {
     fn run_named(hands: &mut M, line: &str, source: Source) -> Option<Outcome> {
         let command = Extended::new(line);
         calls::run_named(hands, &command, source).or_else(|| commands::run(hands, &command, source))
+    }
+
+    fn homes(hands: &mut M, named: AxisSet, to: Recipient) -> Option<Outcome> {
+        homing::home(hands, named, to)
+    }
+
+    fn has_homing(hands: &M) -> bool {
+        hands.has_homing()
     }
 
     fn run_code(hands: &mut M, block: &Block<'_>, source: Source) -> Option<Outcome> {

@@ -230,8 +230,8 @@ fn by_probe(m: &mut Migration<'_>, section: usize) {
     m.merged(
         section,
         "endstop_pin",
-        "Z homes by the probe: home_gcode does it with G30",
-        "[endstops] common.home_gcode",
+        "Z homes by the probe: a line does it with G30",
+        "[endstops] common.home_gcode, or home_z_gcode with [homing_override]",
     );
     for option in ["homing_speed", "second_homing_speed", "homing_retract_dist"] {
         m.needless(section, option, "the probe searches as [zprobe] says");
@@ -285,9 +285,16 @@ fn by_line(m: &mut Migration<'_>) {
     let hop = safe.and_then(|safe| safe.number("z_hop")).filter(|hop| *hop > 0.0);
     let hop_speed = safe.and_then(|safe| safe.number("z_hop_speed")).unwrap_or(15.0) * 60.0;
     let height = ["probe", "bltouch"].iter().find_map(|name| m.source.section(name)?.number("z_offset"));
+    // With a template that stands for G28 only Z homes by the line: the template moves the others.
+    let is_kept = m.find("homing_override").is_some();
+    let key = if is_kept { "home_z_gcode" } else { "home_gcode" };
     // Nobody knows how high the tool is, and X and Y must not drag it over the bed.
     let mut line = hop.map_or_else(String::new, |hop| format!("G91 G0 Z{} F{} G90 ", text(hop), text(hop_speed)));
-    line += "G28 X Y ";
+    if is_kept {
+        line.clear();
+    } else {
+        line += "G28 X Y ";
+    }
     if let Some([x, y]) = place.as_deref() {
         line += &format!("G53 G0 X{} Y{} F{} ", text(*x), text(*y), text(speed));
     }
@@ -298,10 +305,10 @@ fn by_line(m: &mut Migration<'_>) {
     if m.written(("zprobe", "", "deploy_gcode")).is_some() {
         line += " M402";
     }
-    m.write(("endstops", "common", "home_gcode"), line.replace(' ', "_"), "Z homes by the probe");
-    m.write(("cartesian grid leveling strategy", "", "do_home"), "false", "home_gcode homes");
+    m.write(("endstops", "common", key), line.replace(' ', "_"), "Z homes by the probe");
+    m.write(("cartesian grid leveling strategy", "", "do_home"), "false", format!("{key} homes"));
     if line.len() > LONGEST_LINE {
-        m.ask(format!("[endstops] common.home_gcode: the line is longer than {LONGEST_LINE}: shorten its numbers"));
+        m.ask(format!("[endstops] common.{key}: the line is longer than {LONGEST_LINE}: shorten its numbers"));
     }
     m.ask("Z homes by the probe: try G28 with a hand at the kill button, and compare [zprobe] probe_offsets");
 }

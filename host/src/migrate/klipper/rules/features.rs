@@ -183,11 +183,10 @@ pub fn skew(m: &mut Migration<'_>, section: usize) {
     m.judge_rest(section, &Verdict::new(Class::Converted, "[skew correction]"));
 }
 
-/// Refuses `[homing_override]`, and says so where a person reads it first: G28 homes otherwise than before.
+/// Keeps `[homing_override]`, whose moves were written for another machine.
 pub fn homing(m: &mut Migration<'_>, section: usize) {
-    m.ask("[homing_override]: G28 homes without it; write a [gcode_macro G28] with rename_existing: G28.9".to_owned());
-    let why = "its template is not carried out: G28 homes as [endstops] say";
-    m.judge_rest(section, &Verdict::refused(why, "[gcode_macro G28] with rename_existing"));
+    m.ask("[homing_override] stands for G28: try it with a hand at the kill button".to_owned());
+    kept(m, section);
 }
 
 /// Keeps a whole section in printer.cfg.
