@@ -309,6 +309,31 @@ fn a_template_stands_for_g28_and_z_homes_by_the_probe_within_it() {
 }
 
 #[test]
+fn templates_that_klipper_carries_out_by_itself_are_named_in_the_new_file() {
+    let base = folder("templates");
+    let printer = std::fs::read_to_string(PRINTER).expect("ours").replace("[include parts/*.cfg]", "");
+    let own = "[gcode_button stop]\npin: PB1\npress_gcode:\n  M117 a\n  M118 b\nrelease_gcode: M118 c\n\n\
+               [filament_switch_sensor eye]\nswitch_pin: PB2\npause_on_runout: False\nrunout_gcode: M118 {1 + 1}\n\
+               insert_gcode:\n\n[probe]\npin: PB7\nactivate_gcode:\n  SET_PIN PIN=a VALUE=1\n  G4 P1\n";
+    let file = base.join("printer.cfg");
+    std::fs::write(&file, printer.replace("[probe]\npin: PB7\n", own)).expect("written");
+    let run = velvet(&["migrate", text(&file), "--out", text(&base.join("out"))]);
+    assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+    let new = settings(&base.join("out"));
+    for (key, value) in [
+        ("[button box] stop.press", "RUN_TEMPLATE SECTION=\"gcode_button stop\" OPTION=press_gcode"),
+        ("[button box] stop.release", "M118 c"),
+        ("[filament detector] suspends", "false"),
+        ("[filament detector] runout_gcode", "RUN_TEMPLATE SECTION=\"filament_switch_sensor eye\" OPTION=runout_gcode"),
+        ("[zprobe] deploy_gcode", "RUN_TEMPLATE SECTION=\"probe\" OPTION=activate_gcode"),
+        ("[zprobe] stow_gcode", "G4 P0"),
+    ] {
+        assert_eq!(new.get(key).map(String::as_str), Some(value), "{key}");
+    }
+    assert!(!new.contains_key("[filament detector] insert_gcode"));
+}
+
+#[test]
 fn carriages_and_what_motors_move_become_axes_and_factors() {
     let base = folder("generic");
     let carriage = |axis: &str, pin: &str| {

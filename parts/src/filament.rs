@@ -12,7 +12,7 @@ use base::failure::{Failure, Texts};
 use base::ports::{Input, InputLevels};
 use base::sessions::Reply;
 use base::tuning::Tuning;
-use config::MachineConfig;
+use config::{Command, MachineConfig};
 use units::{Axis, Micros};
 
 pub use codes::{told, told_of_width};
@@ -105,6 +105,8 @@ pub struct Filament {
     /// Whether the job is being suspended, or is, because of the filament.
     has_asked: bool,
     command: bool,
+    /// Lines of the configuration to be sent: filament has run out, filament was put in.
+    lines: [bool; 2],
 }
 
 impl Filament {
@@ -134,7 +136,9 @@ impl Filament {
         if self.off {
             return None;
         }
-        self.look_at_level(levels, now);
+        let was_put_in = self.look_at_level(levels, now);
+        let is_used = matches!(using, Use::Plays | Use::Moves);
+        self.lines[1] |= was_put_in && !is_used;
         let rests = using == Use::Rests;
         if core::mem::replace(&mut self.rested, rests) != rests {
             // A person who has loaded filament has turned the wheel, and has seen to what was wrong.
@@ -142,32 +146,42 @@ impl Filament {
             self.has_asked &= rests;
         }
         self.has_asked &= using != Use::Idle;
-        let is_used = matches!(using, Use::Plays | Use::Moves);
         let has_wheel = config.filament_detector.wheel_pin().is_some();
         let is_stuck = has_wheel && is_used && self.wheel.look(tuning, extruder, now);
         let Some(trouble) = self.is_missing(config).or(is_stuck.then_some(Trouble::Stuck)) else {
             self.was_noted = false;
+            // Without a suspension the filament may run out once more in the same job.
+            self.has_asked &= config.filament_detector.suspends || has_wheel;
             return None;
         };
         let is_new = !core::mem::replace(&mut self.was_noted, true);
         // Without a file, a fault from before the first move is known to the person who moves: he loads
         // filament.
         if !self.has_asked && (using == Use::Plays || using == Use::Moves && is_new) {
-            (self.has_asked, self.command) = (true, true);
-            return Some(News::Suspends(trouble));
+            let suspends = config.filament_detector.suspends;
+            (self.has_asked, self.command, self.lines[0]) = (true, suspends, true);
+            return Some(if suspends { News::Suspends(trouble) } else { News::Noted(trouble) });
         }
         (is_new && !is_used).then_some(News::Noted(trouble))
     }
 
-    /// Returns whether a command is to be issued.
-    pub const fn has_command(&self) -> bool {
-        self.command
+    /// Returns the line to be sent next.
+    #[must_use]
+    pub fn line<'c>(&self, config: &'c MachineConfig) -> Option<&'c str> {
+        if self.command {
+            return Some("M600");
+        }
+        let mut lines = self.lines.iter().zip(&config.filament_lines);
+        lines.find(|(is_due, line)| **is_due && !line.is_empty()).map(|(_, line)| line.as_str())
     }
 
-    /// Takes the command to be issued.
-    pub fn take_command(&mut self, tuning: &Tuning) -> Option<&'static str> {
-        let command = if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" };
-        core::mem::take(&mut self.command).then_some(command)
+    /// Takes the line to be sent next.
+    pub fn take_line(&mut self, config: &MachineConfig, tuning: &Tuning) -> Option<Command> {
+        if core::mem::take(&mut self.command) {
+            return Command::try_from(if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" }).ok();
+        }
+        let mut lines = self.lines.iter_mut().zip(&config.filament_lines);
+        lines.find_map(|(is_due, line)| (core::mem::take(is_due) && !line.is_empty()).then(|| line.clone()))
     }
 
     /// Notes that extruders count from another place than before, without having moved.
@@ -177,7 +191,7 @@ impl Filament {
 
     /// Drops the wish to suspend: the machine was halted, or the job is over.
     pub fn forget(&mut self) {
-        (self.command, self.has_asked) = (false, false);
+        (self.command, self.has_asked, self.lines) = (false, false, [false; 2]);
     }
 
     /// Whether the detector counts: M405 has not switched it off.
@@ -205,19 +219,23 @@ impl Filament {
     /// # Errors
     /// When there is no filament for it.
     pub fn must_be_there(&self, texts: &Texts, config: &MachineConfig) -> Result<(), Failure> {
-        let Some(trouble) = self.is_missing(config) else { return Ok(()) };
+        let Some(trouble) = self.is_missing(config).filter(|_| config.filament_detector.suspends) else {
+            return Ok(());
+        };
         let text = trouble.text();
         Err(texts.refused(format_args!("{text}: see to it, or M405 has it passed over")))
     }
 
-    fn look_at_level(&mut self, levels: InputLevels, now: Micros) {
+    /// Looks at the input. True: filament has been put in.
+    fn look_at_level(&mut self, levels: InputLevels, now: Micros) -> bool {
         let level = levels.is_active(Input::Filament);
         if level != self.level.0 {
             self.level = (level, now);
         }
-        if now.since(self.level.1) >= DEBOUNCE {
-            self.is_bad = level;
+        if now.since(self.level.1) < DEBOUNCE {
+            return false;
         }
+        core::mem::replace(&mut self.is_bad, level) && !level
     }
 
     /// M405, M406, M412: switches the detector on or off.

@@ -114,6 +114,8 @@ pub struct MachineConfig {
     pub laser: LaserConfig,
     /// Section `[filament detector]`: run-out and jams.
     pub filament_detector: FilamentDetectorConfig,
+    /// Lines of the detector: filament runs out, filament is put in.
+    pub filament_lines: [Command; 2],
     /// Section `[filament width sensor]`.
     pub filament_width: FilamentWidthConfig,
     /// Section `[filament change]`: M600, M701 and M702.

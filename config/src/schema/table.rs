@@ -328,7 +328,12 @@ pub const SECTIONS: &[Section] = &[
     section!("winch", Machine, Form::Plain, Winch: |c, _| Some(&mut c.motion.arms)),
     section!("laser", Section, Form::Plain, LaserConfig: |c, _| Some(&mut c.laser)),
     section!("drillingcycles", Section, Form::Plain, Cycles: |c, _| Some(&mut c.cycles)),
-    section!("filament detector", Section, Form::Plain, FilamentDetectorConfig: |c, _| Some(&mut c.filament_detector)),
+    section!(
+        "filament detector",
+        Section, Form::Plain,
+        FilamentDetectorConfig: |c, _| Some(&mut c.filament_detector),
+        DetectorLines: |c, _| Some(&mut c.filament_lines),
+    ),
     section!("filament width sensor", Section, Form::Plain, FilamentWidthConfig: |c, _| Some(&mut c.filament_width)),
     section!("filament change", Section, Form::Plain, FilamentChangeConfig: |c, _| Some(&mut c.filament_change)),
     section!(

@@ -1,8 +1,9 @@
 //! Filament: `[filament detector]`, `[filament width sensor]` and `[filament change]`.
 
+use crate::names::Command;
 use crate::pin::{Pin, ThermistorInput};
 use crate::setting::PinRole;
-use crate::setting::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, pin};
+use crate::setting::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, pin, text};
 use crate::setting::declare::settings;
 use units::{Micros, Mm, MmPerSecond, ToolId};
 
@@ -26,6 +27,21 @@ settings! {
         pulses_per_mm: f64 = number("1", POSITIVE).unit("pulses/mm").v1("filament_detector.pulses_per_mm");
         /// Heaters stay on when it suspends the job. M404 H changes it.
         leave_heaters_on: bool = bool("false").v1("filament_detector.leave_heaters_on");
+        /// The job is suspended where filament is missing or stuck; otherwise that is told, and runout_gcode acts.
+        suspends: bool = bool("true").klipper("[filament_switch_sensor] pause_on_runout").velvet();
+    }
+}
+
+/// Lines for filament that runs out, and for filament that is put in.
+type FilamentLines = [Command; 2];
+
+settings! {
+    /// Lines that the detector sends.
+    rows DetectorLines of FilamentLines {
+        /// Line sent when filament runs out or is stuck in a job, once the job is suspended.
+        "runout_gcode" [0] = text("", 96).klipper("[filament_switch_sensor] runout_gcode").velvet();
+        /// Line sent when filament is put in, but for while a job runs.
+        "insert_gcode" [1] = text("", 96).klipper("[filament_switch_sensor] insert_gcode").velvet();
     }
 }
 

@@ -307,7 +307,7 @@ settings! {
     /// Deploying and stowing.
     rows ProbeScripts of Scripts {
         /// Line that brings the probe out before it searches: moves, waits, modes and switches, in mm and
-        /// absolute. M401 runs it too.
+        /// absolute, or a RUN_TEMPLATE. M401 runs it too.
         "deploy_gcode" [0] = text("", 96).klipper("[probe] activate_gcode").velvet();
         /// Line that puts the probe away when a command that has probed ends. M402 runs it too.
         "stow_gcode" [1] = text("", 96).klipper("[probe] deactivate_gcode").velvet();

@@ -307,11 +307,7 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let Machine { outputs, world: World { config, .. }, .. } = machine;
     let command = outputs.take_command(config);
-    let line = match &command {
-        Some(command) => Some(command.as_str()),
-        None => Features::<P>::take_line(machine),
-    };
-    let Some(line) = line else {
+    let Some(line) = command.or_else(|| Features::<P>::take_line(machine)) else {
         let Some(line) = machine.buttons.take_line(machine.world.config) else { return false };
         run_button(machine, &line);
         return true;

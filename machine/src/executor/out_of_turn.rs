@@ -158,7 +158,7 @@ fn inputs<'m>(
     outputs: &'m Outputs,
     buttons: &'m Buttons,
     config: &'m MachineConfig,
-    wished: Option<&'static str>,
+    wished: Option<&'m str>,
 ) -> impl Iterator<Item = &'m str> {
     outputs
         .commands(config)

@@ -10,7 +10,7 @@ use base::Ports;
 use base::failure::{Failure, Outcome};
 use base::ports::Running;
 use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
-use config::MachineConfig;
+use config::{Command, MachineConfig};
 use gcode::{Block, Code, Line, realtime::Realtime};
 use jobs::player::StalledJob;
 use printer_cfg::Memory;
@@ -168,9 +168,9 @@ moments! {
     /// Acts after a line of a session was carried out.
     all session_line_ends(machine: &mut M);
     /// Returns the line that the feature would like to have run, as an input's, without taking it.
-    first line(machine: &M) -> Option<&'static str>;
+    first line(machine: &M) -> Option<&str>;
     /// Takes that line.
-    first take_line(machine: &mut M) -> Option<&'static str>;
+    first take_line(machine: &mut M) -> Option<Command>;
     /// Whether lines that move wait, as for room in the look-ahead queue.
     any hold_moves_back(machine: &M) -> bool;
     /// Acts before a block is interpreted. Every line passes here.
@@ -197,6 +197,19 @@ moments! {
     /// Carries out a code that the feature has taken for its own. None: it has not.
     first run_code(machine: &mut M, block: &Block<'_>, source: Source) -> Option<Outcome>;
 
+    /// Begins what a line of a probe's script names, carried out on the spot; `is_first`: nothing of the script
+    /// is under way. Returns the number of what is under way otherwise. None: the line names nothing.
+    ///
+    /// # Errors
+    /// Where nothing can be made of it.
+    first begin_template(machine: &mut M, line: &str, is_first: bool) -> Option<Result<usize, Failure>>;
+    /// Takes the next line of what has been begun, above so much else. None: that has ended.
+    ///
+    /// # Errors
+    /// When the line is too long.
+    first template_line(machine: &mut M, above: usize, line: &mut LineBytes) -> Option<Result<(), Failure>>;
+    /// Ends what has been begun, down to so much.
+    all end_templates(machine: &mut M, above: usize);
     /// Homes these axes, or all where none is named, in the feature's own way. None: it has none for them.
     first homes(machine: &mut M, named: AxisSet, to: Recipient) -> Option<Outcome>;
     /// Whether the feature has a way of its own to home.

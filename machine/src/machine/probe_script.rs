@@ -1,26 +1,56 @@
 //! The lines of the configuration that deploy and stow a probe: moves, waits, modes and switches, carried out
-//! on the spot in the middle of a sequence.
+//! on the spot in the middle of a sequence. A line may name a template of the printer.cfg instead.
 //!
 //! Modes are the program's own again afterwards, and a script begins as [`ScriptModes::begin`]
 //! says, so that it means the same wherever it is run.
 
 use core::fmt::Arguments;
 
-use base::World;
 use base::failure::{Failure, Texts};
 use base::needs::failure_of;
+use base::own_frame::apart;
 use base::ports::HeatPort as _;
-use gcode::{Block, Blocks};
+use base::program_setup::PartNames;
+use base::sessions::LineBytes;
+use base::{Ports, World};
+use gcode::{Block, Blocks, Extended};
 use parts::outputs::Outputs;
+use program::extended::{self, Asked, CodeLine};
 use program::{Action, Dialect, Effect, Meaning, ScriptModes};
 
+use crate::machine::Machine;
 use crate::machine::effects::EffectHands;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::moves::{self, DrawHands};
 
-/// The machine for scripts of moves, waits, modes and switches.
-pub(crate) trait ScriptHands<'c>: DrawHands<'c> + EffectHands<'c> {}
+/// What is wrong with a code of another kind.
+const NEITHER: &str = "is none of moves, waits, modes and switches";
 
-impl<'c, H: DrawHands<'c> + EffectHands<'c>> ScriptHands<'c> for H {}
+/// The machine for scripts of moves, waits, modes and switches.
+pub(crate) trait ScriptHands<'c>: DrawHands<'c> + EffectHands<'c> {
+    /// Begins what a line names in the printer.cfg: see the moment of that name, as for the next two.
+    fn begin_template(&mut self, line: &str, is_first: bool) -> Option<Result<usize, Failure>>;
+
+    /// Takes the next line of what has been begun.
+    fn template_line(&mut self, above: usize, line: &mut LineBytes) -> Option<Result<(), Failure>>;
+
+    /// Ends what has been begun.
+    fn end_templates(&mut self, above: usize);
+}
+
+impl<'c, P: Ports> ScriptHands<'c> for Machine<'c, P> {
+    fn begin_template(&mut self, line: &str, is_first: bool) -> Option<Result<usize, Failure>> {
+        Features::<P>::begin_template(self, line, is_first)
+    }
+
+    fn template_line(&mut self, above: usize, line: &mut LineBytes) -> Option<Result<(), Failure>> {
+        Features::<P>::template_line(self, above, line)
+    }
+
+    fn end_templates(&mut self, above: usize) {
+        Features::<P>::end_templates(self, above);
+    }
+}
 
 /// Carries out a script; messages about it name its setting.
 pub(crate) fn run<'c>(hands: &mut impl ScriptHands<'c>, key: &str, script: &str) -> Result<(), Failure> {
@@ -30,12 +60,14 @@ pub(crate) fn run<'c>(hands: &mut impl ScriptHands<'c>, key: &str, script: &str)
     hands.resynchronise();
     // The modes that the script changes are kept already.
     let _modes = ScriptModes::begin(hands.program());
-    let texts = hands.world().texts;
-    let mut blocks = script.split('|').flat_map(|line| Blocks::new(line.as_bytes()));
-    let done = blocks.try_for_each(|block| {
-        let block = block.map_err(|error| texts.refused(format_args!("[zprobe] {key}: {error}")))?;
-        run_block(hands, key, &block)
-    });
+    let done = match apart(|| hands.begin_template(script, true)) {
+        Some(begun) => begun.and_then(|above| {
+            let ran = run_template(hands, key, above);
+            hands.end_templates(above);
+            ran
+        }),
+        None => script.split('|').try_for_each(|line| run_named_or_codes(hands, key, line.trim())),
+    };
     let stands = match done {
         Err(Failure::HALTED) => Ok(()),
         _ => hands.standstill(),
@@ -43,6 +75,47 @@ pub(crate) fn run<'c>(hands: &mut impl ScriptHands<'c>, key: &str, script: &str)
     hands.program().come_back_to(kept);
     hands.resynchronise_if_still();
     done.and(stands)
+}
+
+/// Carries out the lines of a template.
+fn run_template<'c>(hands: &mut impl ScriptHands<'c>, key: &str, above: usize) -> Result<(), Failure> {
+    let mut line = LineBytes::new();
+    while let Some(taken) = hands.template_line(above, &mut line) {
+        taken?;
+        let text = core::str::from_utf8(&line).unwrap_or("");
+        match apart(|| hands.begin_template(text, false)) {
+            Some(begun) => drop(begun?),
+            None => run_named_or_codes(hands, key, text)?,
+        }
+    }
+    Ok(())
+}
+
+/// Carries out a line of codes, or one of Klipper's commands that become codes.
+fn run_named_or_codes<'c>(hands: &mut impl ScriptHands<'c>, key: &str, text: &str) -> Result<(), Failure> {
+    let is_letter = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'_';
+    if !text.as_bytes().get(..2).is_some_and(|begin| begin.iter().all(is_letter)) {
+        return run_codes(hands, key, text);
+    }
+    let (command, mut codes) = (Extended::new(text), CodeLine::new());
+    let World { config, texts, .. } = hands.world();
+    let names = PartNames { config, dialect: Dialect::Klipper };
+    match extended::translate(&command, &names, &mut codes) {
+        Ok(Asked::Codes) => run_codes(hands, key, &codes),
+        Ok(Asked::PassedOver(_)) => Ok(()),
+        Ok(Asked::Console(_) | Asked::Tower | Asked::Macros) => {
+            Err(texts.refused(format_args!("[zprobe] {key}: {} {NEITHER}", command.name())))
+        }
+        Err(fault) => Err(texts.refused(format_args!("[zprobe] {key}: {} {fault}", command.name()))),
+    }
+}
+
+fn run_codes<'c>(hands: &mut impl ScriptHands<'c>, key: &str, line: &str) -> Result<(), Failure> {
+    let texts = hands.world().texts;
+    Blocks::new(line.as_bytes()).try_for_each(|block| {
+        let block = block.map_err(|error| texts.refused(format_args!("[zprobe] {key}: {error}")))?;
+        run_block(hands, key, &block)
+    })
 }
 
 fn refused(texts: &Texts, key: &str, block: &Block<'_>, why: Arguments<'_>) -> Failure {
@@ -121,9 +194,7 @@ fn carry_out<'c>(
         | Action::Keep
         | Action::Note(_)
         | Action::Acceleration(_)
-        | Action::Function(..) => {
-            Err(refused(hands.world().texts, key, block, format_args!("is none of moves, waits, modes and switches")))
-        }
+        | Action::Function(..) => Err(refused(hands.world().texts, key, block, format_args!("{NEITHER}"))),
     }
 }
 

@@ -13,6 +13,7 @@ fn detector(wheel: bool) -> (MachineConfig, Tuning) {
         detector_pin: pin.filter(|_| !wheel),
         check_every: Micros(2 * SECOND),
         pulses_per_mm: 1.0,
+        suspends: true,
         ..FilamentDetectorConfig::default()
     };
     let config = MachineConfig { filament_detector: filament, ..MachineConfig::default() };
@@ -117,12 +118,12 @@ proptest! {
 fn the_command_of_a_missing_filament_waits_until_it_is_taken_once() {
     let (config, tuning) = detector(false);
     let mut filament = Filament::default();
-    assert!(!filament.has_command() && filament.take_command(&tuning).is_none());
+    assert!(filament.line(&config).is_none() && filament.take_line(&config, &tuning).is_none());
     for look in 1..60 {
         filament.look(level(true), &config, &tuning, Use::Plays, || None, Micros(look * 10_000));
     }
-    assert!(filament.has_command());
-    let command = filament.take_command(&tuning).expect("a command");
+    assert_eq!(filament.line(&config), Some("M600"));
+    let command = filament.take_line(&config, &tuning).expect("a command");
     assert_eq!(command, if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" });
-    assert!(!filament.has_command());
+    assert!(filament.line(&config).is_none());
 }

@@ -7,6 +7,7 @@ const fn of_macros(name: &'static str, takes: &'static str, help: &'static str) 
 }
 
 pub(super) const COMMANDS: &[ExtendedInfo] = &[
+    of_macros("RUN_TEMPLATE", "SECTION OPTION", "carry out a template of a section of the printer.cfg"),
     of_macros("SAVE_VARIABLE", "VARIABLE VALUE", "keep a value on the card for macros, in [save_variables]"),
     of_macros("SET_GCODE_VARIABLE", "MACRO VARIABLE VALUE", "change a variable of a macro until the next restart"),
     of_macros("SET_IDLE_TIMEOUT", "TIMEOUT", "seconds without work after which [idle_timeout] acts"),

@@ -36,6 +36,9 @@ pub const ROWS: &[Row] = &[
     row("[filament detector] seconds_per_check", "2", "60", Look(prints_without)).with(WHEEL),
     row("[filament detector] pulses_per_mm", "1", "0.1", Look(prints_without)).with(WHEEL),
     row("[filament detector] leave_heaters_on", "false", "true", Look(prints_without)).with(INPUT),
+    row("[filament detector] suspends", "true", "false", Look(prints_without)).with(INPUT),
+    row("[filament detector] runout_gcode", "", "M104 S70", Look(prints_without)).with(INPUT),
+    row("[filament detector] insert_gcode", "", "M117 put in", Look(puts_in)).with(INPUT),
     row("[filament width sensor] enable", "true", "false", Look(fed)).with(WIDTH).built(),
     row("[filament width sensor] adc_pin", "ADC1_4", "ADC1_5", Look(fed)).with(WIDTH).built(),
     row("[filament width sensor] second_adc_pin", "ADC1_5", "ADC1_6", Look(fed)).with(WIDTH).built(),
@@ -79,6 +82,17 @@ fn prints_without(bench: &mut Bench) -> String {
     let _ = bench.world(|world| world.press(at_ns, "filament", true));
     said += &bench.hear(12.0);
     said + &bench.say("M105")
+}
+
+/// Returns what is said as filament is taken out and put in.
+fn puts_in(bench: &mut Bench) -> String {
+    let mut said = String::new();
+    for is_out in [true, false] {
+        let at_ns = (bench.now_s() * 1e9) as u64;
+        bench.world(|world| world.press(at_ns, "filament", is_out)).expect("an input of this machine");
+        said += &bench.hear(1.0);
+    }
+    said
 }
 
 /// Returns the measurements, messages and feed of filament that is thinner, and then thicker.

@@ -183,7 +183,7 @@ pub const SECTIONS: &[Row] = &[
     row("pca9533 <name>", Refused, "Velvet has no lights on I2C", "[led strip]"),
     english("pca9632 <name>", Refused, "Velvet has no lights on I2C", "[led strip]"),
     row("servo <name>", Converted, "an output on a timer", "[switch] servo_max_angle"),
-    row("gcode_button <name>", Converted, "a button; its template is a macro", "[button box]"),
+    row("gcode_button <name>", Converted, "a button; RUN_TEMPLATE carries out its templates", "[button box]"),
     row("output_pin <name>", Converted, "SET_PIN", "[switch]"),
     english("pwm_tool <name>", Converted, "an output with PWM", "[switch], [laser]"),
     english("pwm_cycle_time <name>", Converted, "an output with PWM", "[switch] cycle_time"),

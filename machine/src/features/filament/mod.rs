@@ -7,7 +7,7 @@ use base::hands::Hands as _;
 use base::sessions::{Recipient, Reply};
 use base::tuning::Tuning;
 use base::{Ports, World};
-use config::{FilamentChangeConfig, MachineConfig};
+use config::{Command, FilamentChangeConfig, MachineConfig};
 use jobs::player::Jobs;
 use motion::Mode;
 use parts::filament::{Filament, News, Use, Width, WidthNews};
@@ -37,8 +37,8 @@ pub(crate) trait FilamentHands<'c>: JobHands<'c> {
     /// Returns the sensors of filament.
     fn sensors(&mut self) -> Sensors<'_, 'c, Self::Ports>;
 
-    /// Whether the detector would like to have a line run.
-    fn has_command(&self) -> bool;
+    /// Returns the line that the detector would like to have run.
+    fn wished(&self) -> Option<&str>;
 
     /// Whether moves are planned as far ahead as the filament is measured: more must wait, as for room in the
     /// queue. The motors go on meanwhile, so it comes to an end.
@@ -55,8 +55,8 @@ impl<'c, P: Ports> FilamentHands<'c> for Machine<'c, P> {
         Sensors { detector: filament, width: filament_width, world, program, tuning }
     }
 
-    fn has_command(&self) -> bool {
-        self.features.filament.has_command()
+    fn wished(&self) -> Option<&str> {
+        self.features.filament.line(self.world.config)
     }
 
     fn is_planned_ahead(&self) -> bool {
@@ -85,13 +85,13 @@ impl<'c, M: FilamentHands<'c>> Moments<M> for Feature {
         }
     }
 
-    fn line(hands: &M) -> Option<&'static str> {
-        hands.has_command().then_some("M600")
+    fn line(hands: &M) -> Option<&str> {
+        hands.wished()
     }
 
-    fn take_line(hands: &mut M) -> Option<&'static str> {
-        let Sensors { detector, tuning, .. } = hands.sensors();
-        detector.take_command(tuning)
+    fn take_line(hands: &mut M) -> Option<Command> {
+        let Sensors { detector, world, tuning, .. } = hands.sensors();
+        detector.take_line(world.config, tuning)
     }
 
     fn hold_moves_back(hands: &M) -> bool {

@@ -24,11 +24,23 @@ use crate::machine::source::{Origin, Source};
 /// A line that calls a macro.
 type Text = String<{ gcode::MAX_LINE_LENGTH }>;
 
-/// Whether a macro's frame may be the one of its caller, which has nothing else to do in its line.
+/// Frame that a macro goes on by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shares {
+    /// That of its caller, which has nothing else to do in its line.
     Yes,
+    /// One of its own.
     No,
+    /// None: a probe's script is carried out on the spot. The first of it.
+    First,
+    /// None: a further macro of the script.
+    Further,
+}
+
+impl Shares {
+    const fn has_frame(self) -> bool {
+        matches!(self, Self::Yes | Self::No)
+    }
 }
 
 /// Runs a command by name: a macro, or what a macro has replaced. None: it is neither.
@@ -80,7 +92,7 @@ pub(super) fn call<'c>(
     to: Recipient,
     shares: Shares,
 ) -> Outcome {
-    begin(hands, section)?;
+    begin(hands, section, shares)?;
     if hands.macros().memory.store.is_called(section) {
         let name = name_of(hands, section)?;
         return Err(hands
@@ -122,7 +134,7 @@ pub(super) fn run_text<'c>(
     to: Recipient,
     shares: Shares,
 ) -> Outcome {
-    begin(hands, section)?;
+    begin(hands, section, shares)?;
     let memory = &mut hands.macros().memory;
     let from = memory.store.lines_end();
     let (length, room) = (first.len() + 1 + second.len(), memory.lines.get_mut(from..).unwrap_or(&mut []));
@@ -135,16 +147,22 @@ pub(super) fn run_text<'c>(
 }
 
 /// Makes sure that one more macro can be called.
-fn begin<'c>(hands: &mut impl MacroHands<'c>, section: Section) -> Result<(), Failure> {
-    if !hands.frames().steps().any(|step| matches!(step, Step::Macros { .. })) {
-        // Frames that were dropped without a word.
-        hands.macros().memory.store.end_calls(0);
+fn begin<'c>(hands: &mut impl MacroHands<'c>, section: Section, shares: Shares) -> Result<(), Failure> {
+    if shares.has_frame() {
+        forget_dropped(hands);
     }
     if hands.macros().memory.store.may_call() {
         return Ok(());
     }
     let name = name_of(hands, section)?;
     Err(hands.world().texts.refused(format_args!("{name}: macros call each other more than 12 deep")))
+}
+
+/// Ends macros whose frames were dropped without a word.
+pub(super) fn forget_dropped<'c>(hands: &mut impl MacroHands<'c>) {
+    if !hands.frames().steps().any(|step| matches!(step, Step::Macros { .. })) {
+        hands.macros().memory.store.end_calls(0);
+    }
 }
 
 /// Adds a macro whose lines have been written.
@@ -156,7 +174,7 @@ fn start<'c>(
     let above = hands.macros().memory.store.calls() as u8;
     let is_caller_next = matches!(hands.frames().next_step(), Some(Step::Macros { .. }));
     // A macro may share the frame of its caller, which has nothing else to do in its line.
-    let has_step = is_caller_next && shares == Shares::Yes;
+    let has_step = is_caller_next && shares == Shares::Yes || !shares.has_frame();
     if !has_step && !hands.frames().push(Frame::Then(Then::Step(Step::Macros { above }))) {
         return Err(Failure::refused(&"scripts and macros start each other without end"));
     }
@@ -232,7 +250,11 @@ pub(crate) fn go_on<'c>(hands: &mut impl MacroHands<'c>, above: u8) -> Result<()
 ///
 /// # Errors
 /// When the line is too long.
-fn take_line<'c>(hands: &mut impl MacroHands<'c>, above: u8, line: &mut LineBytes) -> Result<Option<Call>, Failure> {
+pub(super) fn take_line<'c>(
+    hands: &mut impl MacroHands<'c>,
+    above: u8,
+    line: &mut LineBytes,
+) -> Result<Option<Call>, Failure> {
     let memory = &mut hands.macros().memory;
     let range = loop {
         if memory.store.calls() <= usize::from(above) {

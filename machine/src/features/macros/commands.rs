@@ -16,6 +16,8 @@ use crate::machine::source::Source;
 
 /// Line that carries out the delayed G-code that is due.
 pub(super) const DUE: &str = "UPDATE_DELAYED_GCODE";
+/// Command that carries out a template of any section.
+const RUN_TEMPLATE: &str = "RUN_TEMPLATE";
 /// Lines for a machine that has been idle for long, where the configuration has none.
 const WHEN_IDLE: &str = "TURN_OFF_HEATERS\nM84";
 /// Longest time that G-code can be delayed, s.
@@ -25,6 +27,7 @@ const LONGEST_S: f64 = 1e7;
 pub(super) fn run<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, source: Source) -> Option<Outcome> {
     Some(match command {
         _ if command.is("SET_GCODE_VARIABLE") => apart(|| saved::set(hands, command)),
+        _ if command.is(RUN_TEMPLATE) => run_template(hands, command, source.to, Shares::Yes),
         _ if command.is("SAVE_VARIABLE") => apart(|| saved::save(hands, command)),
         _ if command.is(DUE) && command.rest().is_empty() => run_due(hands, source.to),
         _ if command.is(DUE) => delay(hands, command),
@@ -33,6 +36,40 @@ pub(super) fn run<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, s
         _ if command.is("RESTORE_GCODE_STATE") => kept_modes::restore(hands, command, source.to),
         _ => return None,
     })
+}
+
+/// Begins a template of any section.
+fn run_template<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, to: Recipient, shares: Shares) -> Outcome {
+    let (Some(name), Some(option)) = (command.get("SECTION"), command.get("OPTION")) else {
+        return Err(Failure::refused(&"RUN_TEMPLATE needs SECTION= and OPTION="));
+    };
+    let Some(section) = hands.macros().memory.store.section(name) else {
+        return Err(hands.world().texts.refused(format_args!("RUN_TEMPLATE: the printer.cfg has no [{name}]")));
+    };
+    calls::call(hands, section, option, &Parameters::Named(*command), to, shares)
+}
+
+/// Begins what a line of a probe's script names, a macro or a template, to be carried out on the spot; returns
+/// how many macros are under way before it. None: the line names neither.
+pub(super) fn begin_on_the_spot<'c>(
+    hands: &mut impl MacroHands<'c>,
+    line: &str,
+    shares: Shares,
+) -> Option<Result<usize, Failure>> {
+    let command = Extended::new(line);
+    if shares == Shares::First {
+        calls::forget_dropped(hands);
+    }
+    let above = hands.macros().memory.store.calls();
+    // Codes mean what they mean without macros.
+    let is_code = command.name().as_bytes().get(1).is_some_and(u8::is_ascii_digit);
+    let begun = match hands.macros().memory.store.named("gcode_macro", command.name()) {
+        Some(_) if is_code => return None,
+        Some(section) => calls::call(hands, section, "gcode", &Parameters::Named(command), Recipient::Nobody, shares),
+        None if command.is(RUN_TEMPLATE) => run_template(hands, &command, Recipient::Nobody, shares),
+        None => return None,
+    };
+    Some(begun.map(|_| above))
 }
 
 /// Reads a time in seconds.

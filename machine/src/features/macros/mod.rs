@@ -16,13 +16,15 @@ mod saved;
 pub(crate) mod state;
 mod status;
 
-use base::failure::Outcome;
-use base::sessions::Recipient;
+use base::failure::{Failure, Outcome};
+use base::sessions::{LineBytes, Recipient};
+use config::Command;
 use gcode::{Block, Extended};
 use units::{AxisSet, Micros};
 
 use crate::machine::moments::{JobBegins, Moments};
 use crate::machine::source::Source;
+use calls::Shares;
 use hands::MacroHands;
 
 /// Macros, at the machine's moments.
@@ -39,12 +41,12 @@ impl<'c, M: MacroHands<'c>> Moments<M> for Feature {
         }
     }
 
-    fn line(hands: &M) -> Option<&'static str> {
+    fn line(hands: &M) -> Option<&str> {
         hands.is_due().then_some(commands::DUE)
     }
 
-    fn take_line(hands: &mut M) -> Option<&'static str> {
-        hands.is_due().then_some(commands::DUE)
+    fn take_line(hands: &mut M) -> Option<Command> {
+        hands.is_due().then_some(commands::DUE).and_then(|line| Command::try_from(line).ok())
     }
 
     fn session_line_begins(hands: &mut M) {
@@ -58,6 +60,19 @@ impl<'c, M: MacroHands<'c>> Moments<M> for Feature {
     fn run_named(hands: &mut M, line: &str, source: Source) -> Option<Outcome> {
         let command = Extended::new(line);
         calls::run_named(hands, &command, source).or_else(|| commands::run(hands, &command, source))
+    }
+
+    fn begin_template(hands: &mut M, line: &str, is_first: bool) -> Option<Result<usize, Failure>> {
+        commands::begin_on_the_spot(hands, line, if is_first { Shares::First } else { Shares::Further })
+    }
+
+    fn template_line(hands: &mut M, above: usize, line: &mut LineBytes) -> Option<Result<(), Failure>> {
+        line.clear();
+        calls::take_line(hands, above as u8, line).transpose().map(|taken| taken.map(drop))
+    }
+
+    fn end_templates(hands: &mut M, above: usize) {
+        hands.macros().memory.store.end_calls(above);
     }
 
     fn homes(hands: &mut M, named: AxisSet, to: Recipient) -> Option<Outcome> {

@@ -4,11 +4,10 @@ use super::super::account::{Class, Verdict};
 use super::super::migration::{KEPT, Migration, instance, text};
 use super::super::source::{numbers, truth};
 use super::super::wiring::Role;
-use super::table::{Change, NUMBER, Rule, apply};
+use super::table::{Change, NUMBER, Rule, apply, template};
 
-/// Rule of templates that a filament sensor runs in Klipper.
-const NO_TEMPLATE: Rule =
-    Rule::Refused("templates of filament sensors are not carried out", "[player] after_suspend_gcode");
+/// Rule of templates that a sensor of the filament's width runs in Klipper.
+const NO_TEMPLATE: Rule = Rule::Refused("the filament detector has one", "[filament detector] runout_gcode");
 
 /// Shapers that Velvet has, by Klipper's names.
 const SHAPERS: [&str; 6] = ["zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei"];
@@ -124,11 +123,15 @@ pub fn filament(m: &mut Migration<'_>, section: usize) {
     if let Some(length) = m.number(section, "detection_length").filter(|length| *length > 0.0) {
         m.put(section, "detection_length", (DETECTOR, "", "pulses_per_mm"), text(1.0 / length));
     }
+    template(m, section, "runout_gcode", (DETECTOR, "", "runout_gcode"));
+    if !is_motion {
+        template(m, section, "insert_gcode", (DETECTOR, "", "insert_gcode"));
+    }
     let rows: &[(&str, Rule)] = &[
-        ("pause_on_runout", Rule::Only("true", "a job without filament is always suspended", "M405, M406")),
-        ("runout_gcode", NO_TEMPLATE),
-        ("insert_gcode", NO_TEMPLATE),
-        ("event_delay", Rule::Needless("a job is suspended once")),
+        ("pause_on_runout", Rule::To(DETECTOR, "suspends", Change::Truth)),
+        ("runout_gcode", Rule::Refused("the detector has this line already", "[filament detector] runout_gcode")),
+        ("insert_gcode", Rule::Refused("a wheel does not tell when filament is put in", "[filament detector]")),
+        ("event_delay", Rule::Needless("a job is suspended once, and contacts may bounce")),
         ("pause_delay", Rule::Needless("a job is suspended once")),
         ("debounce_delay", Rule::Needless("contacts may bounce")),
         ("extruder", Rule::Needless("every extruder that turns counts")),

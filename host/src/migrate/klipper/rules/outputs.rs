@@ -4,14 +4,12 @@ use super::super::account::{Class, Verdict};
 use super::super::migration::{Migration, instance, text};
 use super::super::source::truth;
 use super::super::wiring::Role;
-use super::table::{Change, NUMBER, Rule, apply};
+use super::table::{Change, NUMBER, Rule, apply, template};
 
 const SWITCH: &str = "switch";
 const STRIP: &str = "led strip";
 /// Longest period of an output's pulses that is as often as can be, s.
 const FAST: f64 = 0.2;
-/// Length of a line in the configuration.
-const LONGEST_LINE: usize = 96;
 
 /// Gives an option's pin an output of the board; returns whether there was one.
 pub fn load(m: &mut Migration<'_>, section: usize, option: &str, name: &str, what: &str) -> bool {
@@ -172,7 +170,7 @@ pub fn led(m: &mut Migration<'_>, section: usize) {
     m.judge_section(section, Verdict::new(Class::Converted, "a light that SET_LED and M150 set"));
 }
 
-/// Converts `[gcode_button NAME]`: what it runs is one line; templates stay in printer.cfg.
+/// Converts `[gcode_button NAME]`: one line is written, other templates stay in printer.cfg.
 pub fn button(m: &mut Migration<'_>, section: usize) {
     let name = m.fresh(&["switch", "led strip", "button box"], &m.section(section).label());
     if m.section(section).get("analog_range").is_some() {
@@ -192,26 +190,8 @@ pub fn button(m: &mut Migration<'_>, section: usize) {
     let written = format!("{}^{}", place.pin, if pin.is_inverted { "!" } else { "" });
     m.put(section, "pin", ("button box", &name, "pin"), written);
     for (option, key) in [("press_gcode", "press"), ("release_gcode", "release")] {
-        let Some(script) = m.section(section).get(option) else { continue };
-        match one_line(script) {
-            Some("") => m.needless(section, option, "there is nothing in it"),
-            Some(line) => m.put(section, option, ("button box", &name, key), line),
-            None => {
-                m.write(("button box", &name, "enable"), "false", "off until it says what a press does");
-                let why = "more than a line, or a template";
-                m.refuse(section, option, why, "a [gcode_macro] of it, and its name in [button box]");
-                m.ask(format!("button {name}: {option} is {why}: make it a macro, and write its name here"));
-            }
-        }
+        template(m, section, option, ("button box", &name, key));
     }
     m.needless(section, "debounce_delay", "contacts may bounce as long as the time between two looks");
     m.judge_section(section, Verdict::new(Class::Converted, "a button of [button box]"));
-}
-
-/// Returns a script that is a single plain line.
-fn one_line(script: &str) -> Option<&str> {
-    let mut lines = script.lines().map(str::trim).filter(|line| !line.is_empty());
-    let first = lines.next().unwrap_or("");
-    let is_plain = lines.next().is_none() && !first.contains(['{', '}', '#']) && first.len() <= LONGEST_LINE;
-    is_plain.then_some(first)
 }

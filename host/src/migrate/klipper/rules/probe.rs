@@ -4,7 +4,7 @@ use super::super::account::{Class, Verdict};
 use super::super::migration::{Migration, text};
 use super::super::source::truth;
 use super::outputs;
-use super::table::{Change, NUMBER, Rule, apply};
+use super::table::{Change, NUMBER, Rule, apply, template};
 
 const PROBE: &str = "zprobe";
 const CONNECTOR: (&str, &str) = ("PB10", "connector probe");
@@ -24,8 +24,8 @@ const ROWS: &[(&str, Rule)] = &[
     ("samples_tolerance", Rule::To(PROBE, "samples_tolerance", NUMBER)),
     ("samples_tolerance_retries", Rule::To(PROBE, "samples_retries", Change::Whole(1.0))),
     ("sample_retract_dist", Rule::To(PROBE, "samples_retract", NUMBER)),
-    ("activate_gcode", Rule::Refused("a template of a probe is not carried out", "[zprobe] deploy_gcode")),
-    ("deactivate_gcode", Rule::Refused("a template of a probe is not carried out", "[zprobe] stow_gcode")),
+    ("activate_gcode", Rule::Refused("the pin of the BLTouch has this line", "[zprobe] deploy_gcode")),
+    ("deactivate_gcode", Rule::Refused("the pin of the BLTouch has this line", "[zprobe] stow_gcode")),
     ("deactivate_on_each_sample", Rule::Only("false", STAYS_OUT, "[zprobe] stow_gcode")),
     ("stow_on_each_sample", Rule::Only("false", STAYS_OUT, "[zprobe] stow_gcode")),
     ("pin_up_reports_not_triggered", Rule::Refused("it is not asked whether the pin is up", "[zprobe] deployed_pin")),
@@ -70,6 +70,17 @@ fn scripts(m: &mut Migration<'_>, section: usize) {
     m.merged(section, "probe_with_touch_mode", "", &becomes);
 }
 
+/// Writes the lines for templates around each touch, once for all touches of a command.
+fn templates(m: &mut Migration<'_>, section: usize) {
+    const LINES: [(&str, &str); 2] = [("activate_gcode", "deploy_gcode"), ("deactivate_gcode", "stow_gcode")];
+    let written = LINES.map(|(option, key)| template(m, section, option, (PROBE, "", key)));
+    if written.contains(&true) {
+        for ((_, key), _) in LINES.into_iter().zip(written).filter(|(_, is_written)| !is_written) {
+            m.write((PROBE, "", key), "G4 P0", "deploy_gcode and stow_gcode come together");
+        }
+    }
+}
+
 fn input(m: &mut Migration<'_>, section: usize, option: &str) {
     let Some(pin) = m.pin(section, option) else { return };
     let old = m.section(section).get(option).unwrap_or("").to_owned();
@@ -96,6 +107,9 @@ fn common(m: &mut Migration<'_>, section: usize) {
     let becomes = format!("[zprobe] probe_offsets = {value}");
     for option in offsets.into_iter().filter(|option| Some(*option) != first) {
         m.merged(section, option, "", &becomes);
+    }
+    if m.written((PROBE, "", "deploy_gcode")).is_none() {
+        templates(m, section);
     }
     apply(m, section, "", ROWS);
     for (option, key, value) in [("speed", "slow_feedrate", "5"), ("samples_tolerance_retries", "samples_retries", "0")]

@@ -35,6 +35,33 @@ pub enum Change {
 /// A number as it is.
 pub const NUMBER: Change = Change::Times(1.0);
 
+/// Length of a line in the configuration.
+const LONGEST_LINE: usize = 96;
+
+/// Writes the line that carries out an option's template: the option itself where it is one plain line. False:
+/// no line was written.
+pub fn template(m: &mut Migration<'_>, section: usize, option: &str, target: (&'static str, &str, &str)) -> bool {
+    let Some(script) = m.section(section).get(option).map(str::to_owned) else { return false };
+    let named = format!("RUN_TEMPLATE SECTION=\"{}\" OPTION={option}", m.section(section).name);
+    match one_line(&script) {
+        Some("") => m.needless(section, option, "there is nothing in it"),
+        Some(line) => m.put(section, option, target, line),
+        None if named.len() <= LONGEST_LINE => {
+            m.put_for(section, option, target, named, "its template is read from printer.cfg");
+        }
+        None => m.refuse(section, option, "the line that names its template is too long", "a shorter name"),
+    }
+    m.written(target).is_some()
+}
+
+/// Returns a script that is a single plain line.
+fn one_line(script: &str) -> Option<&str> {
+    let mut lines = script.lines().map(str::trim).filter(|line| !line.is_empty());
+    let first = lines.next().unwrap_or("");
+    let is_plain = lines.next().is_none() && !first.contains(['{', '}', '#', '|']) && first.len() <= LONGEST_LINE;
+    is_plain.then_some(first)
+}
+
 /// Applies rules to the options of a section that are there and have no verdict yet.
 pub fn apply(m: &mut Migration<'_>, section: usize, instance: &str, rows: &[(&str, Rule)]) {
     for (option, rule) in rows {

@@ -1,6 +1,7 @@
 //! Klipper's macros from a printer.cfg on the card, carried out by a whole machine.
 
 mod homing;
+mod templates;
 mod variables;
 
 use scenarios::{Bench, CARTESIAN, Plan};
