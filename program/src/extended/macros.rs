@@ -1,4 +1,5 @@
-//! Klipper's commands about macros. The machine keeps what they change beside the program.
+//! Klipper's commands about macros, and those that its configuration has to allow. The machine keeps what they
+//! change beside the program.
 
 use super::row::{Becomes, ExtendedInfo};
 
@@ -7,9 +8,11 @@ const fn of_macros(name: &'static str, takes: &'static str, help: &'static str) 
 }
 
 pub(super) const COMMANDS: &[ExtendedInfo] = &[
+    of_macros("FORCE_MOVE", "STEPPER DISTANCE VELOCITY ACCEL", "move a motor, homed or not, as test acc"),
     of_macros("RUN_TEMPLATE", "SECTION OPTION", "carry out a template of a section of the printer.cfg"),
     of_macros("SAVE_VARIABLE", "VARIABLE VALUE", "keep a value on the card for macros, in [save_variables]"),
     of_macros("SET_GCODE_VARIABLE", "MACRO VARIABLE VALUE", "change a variable of a macro until the next restart"),
     of_macros("SET_IDLE_TIMEOUT", "TIMEOUT", "seconds without work after which [idle_timeout] acts"),
+    of_macros("STEPPER_BUZZ", "STEPPER", "move a motor to and fro by a millimetre, as test jog"),
     of_macros("UPDATE_DELAYED_GCODE", "ID DURATION", "seconds until a [delayed_gcode] is carried out, 0 for never"),
 ];

@@ -95,7 +95,7 @@ pub const SECTIONS: &[Row] = &[
     row("idle_timeout", Kept, "its template runs on the board", "[macros] file"),
     row("virtual_sdcard", Needless, "the board plays files of its own card", "[player]"),
     row("sdcard_loop", Refused, "a file is played once", "O words (docs/programming.md)"),
-    row("force_move", Refused, "a motor is moved by its axis", "test raw MOTOR, G0 without homing"),
+    row("force_move", Kept, "FORCE_MOVE is allowed by it on the board", "test acc MOTOR"),
     row("pause_resume", Needless, "suspend and resume are always there", "M600, suspend, resume"),
     row("firmware_retraction", Converted, "G10 and G11", "[extruder] retract_length"),
     row("gcode_arcs", Needless, "G2 and G3 are always there, and exact", "[motion control] mm_per_arc_segment"),

@@ -9,8 +9,8 @@ use core::fmt::Write;
 use base::failure::{Answer, Failure, Outcome};
 use base::ports::Wake;
 use heapless::String;
-use motion::{Kinematics, Mode};
-use units::{Actuator, Axis, MmPerSecond, PerAxis};
+use motion::{Kinematics, Limits, Mode};
+use units::{Actuator, Axis, MmPerSecond, MmPerSecond2, PerAxis};
 
 use crate::features::axis_tests;
 use crate::features::axis_tests::{APPROACHES, Speed, Sweep, TIMES, TestHands};
@@ -48,6 +48,8 @@ struct Steps {
     /// Steps, or mm, in a second.
     rate: f64,
     are_mm: bool,
+    /// Acceleration of the move, where it is not the machine's.
+    acceleration: Option<MmPerSecond2>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,8 +73,8 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
         "jog" => "usage: test jog axis distance times [feed]",
         "square" => "usage: test square size times [feed]",
         "circle" => "usage: test circle radius times [feed]",
-        "raw" => "usage: test raw axis steps steps/s",
-        "acc" => "usage: test acc axis mm mm/s",
+        "raw" => "usage: test raw axis steps steps/s [mm/s2]",
+        "acc" => "usage: test acc axis mm mm/s [mm/s2]",
         "endstop" => "usage: test endstop axis [approaches]",
         "speed" => "usage: test speed axis mm mm/s [times]",
         "sweep" => "usage: test sweep axis from-Hz to-Hz [seconds a Hz]",
@@ -116,7 +118,8 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
     }
     if matches!(what, "raw" | "acc") {
         let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
-        return Ok(Test::Steps(Steps { axis, count: size, rate: count, are_mm: what == "acc" }));
+        let acceleration = feed.map(MmPerSecond2);
+        return Ok(Test::Steps(Steps { axis, count: size, rate: count, are_mm: what == "acc", acceleration }));
     }
     let shape = match what {
         "jog" if letter == 'E' || Axis::from_letter(letter).is_some() => Shape::Line(letter),
@@ -249,7 +252,7 @@ fn step<'c>(hands: &mut impl TestHands<'c>, steps: &Steps) -> Result<(), Failure
     let config = hands.motion_config()?;
     let motor = Actuator::from_index(steps.axis as usize).and_then(|motor| config.actuators[motor]);
     let per_mm = motor.ok_or_else(|| Failure::refused(&"axis is out of range"))?.steps_per_mm;
-    if config.kinematics != Kinematics::Cartesian && steps.axis as usize <= Axis::Z as usize {
+    if !moves_alone(&config.kinematics, steps.axis) {
         return Err(Failure::refused(&"test raw: on this machine no motor moves one axis alone"));
     }
     let (count, rate) = match steps.are_mm {
@@ -263,10 +266,28 @@ fn step<'c>(hands: &mut impl TestHands<'c>, steps: &Steps) -> Result<(), Failure
     hands.stays_within(&from, &target)?;
     let (shown, shown_rate) = (libm::fabs(count), libm::round(rate));
     hands.say(format_args!("issuing {shown} steps at a rate of {shown_rate} steps/sec on the {letter} axis\n"));
+    let limits = config.limits;
+    if let Some(acceleration) = steps.acceleration {
+        let own = Limits { acceleration, ..limits };
+        hands.motion(|motion| motion.set_limits(own)).map_err(|error| hands.texts().refusal(error))?;
+    }
     let went = hands.go(target, MmPerSecond(rate / per_mm), Mode::Rapid);
     let stood = hands.standstill();
+    if steps.acceleration.is_some() {
+        // The old limits come back, whatever happened.
+        let restored = hands.motion(|motion| motion.set_limits(limits));
+        debug_assert!(restored.is_ok(), "they were in force before");
+    }
     hands.resynchronise();
     went.and(stood)
+}
+
+/// Whether an axis has a motor that moves nothing else.
+fn moves_alone(kinematics: &Kinematics, axis: Axis) -> bool {
+    let own = 1 << axis as usize;
+    !Axis::PRIMARY.contains(&axis)
+        || kinematics.motors_of(axis) == own
+            && Axis::PRIMARY.into_iter().all(|other| other == axis || kinematics.motors_of(other) & own == 0)
 }
 
 #[cfg(test)]
@@ -288,8 +309,10 @@ mod tests {
 
     #[test]
     fn steps_are_read_and_mistakes_are_said() {
-        let raw = Steps { axis: Axis::X, count: -100.0, rate: 1_000.0, are_mm: false };
+        let raw = Steps { axis: Axis::X, count: -100.0, rate: 1_000.0, are_mm: false, acceleration: None };
         assert_eq!(parse("raw x -100 1000"), Ok(Test::Steps(raw)));
+        let gentle = Steps { are_mm: true, acceleration: Some(MmPerSecond2(50.0)), ..raw };
+        assert_eq!(parse("acc x -100 1000 50"), Ok(Test::Steps(gentle)));
         for (arguments, part) in [
             ("", "test jog|square"),
             ("nosuch", "test jog|square"),

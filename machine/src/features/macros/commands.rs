@@ -1,15 +1,21 @@
 //! Commands about macros, and what time asks of them: delayed G-code, a machine that is idle for long.
 
+use core::fmt::Write as _;
+
+use base::World;
 use base::failure::{Answer, Failure, Outcome};
 use base::own_frame::apart;
 use base::ports::Clock as _;
+use base::program_setup::PartNames;
 use base::sessions::Recipient;
 use gcode::Extended;
-use printer_cfg::Section;
+use heapless::String;
+use printer_cfg::{Section, Setting};
+use program::extended::{ExtendedFault, Names as _};
 use units::Micros;
 
 use super::calls::{self, Shares};
-use super::hands::{MacroHands, has_option};
+use super::hands::{MacroHands, has_option, read_option};
 use super::look::Parameters;
 use super::{kept_modes, saved};
 use crate::machine::source::Source;
@@ -32,6 +38,8 @@ pub(super) fn run<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, s
         _ if command.is(DUE) && command.rest().is_empty() => run_due(hands, source.to),
         _ if command.is(DUE) => delay(hands, command),
         _ if command.is("SET_IDLE_TIMEOUT") => set_idle_timeout(hands, command),
+        _ if command.is("FORCE_MOVE") => force_move(hands, command, source),
+        _ if command.is("STEPPER_BUZZ") => buzz(hands, command, source),
         _ if command.is("SAVE_GCODE_STATE") => kept_modes::save(hands, command),
         _ if command.is("RESTORE_GCODE_STATE") => kept_modes::restore(hands, command, source.to),
         _ => return None,
@@ -101,6 +109,57 @@ fn set_idle_timeout<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>)
     let macros = hands.macros();
     (macros.idle_timeout, macros.idle_since) = (Some(Micros((seconds * 1e6) as u64)), now);
     Ok(Answer::Ok)
+}
+
+/// Returns the letter of the motor that `STEPPER=` names.
+fn motor<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, source: Source) -> Result<char, Failure> {
+    let World { config, texts, .. } = hands.world();
+    let Some(name) = command.get("STEPPER") else {
+        return Err(texts.refused(format_args!("{} needs STEPPER=", command.name())));
+    };
+    let names = PartNames { config, dialect: source.dialect };
+    names.motor(name).ok_or_else(|| {
+        let fault = ExtendedFault::NoMotor;
+        texts.refused(format_args!("{} {fault}", command.name()))
+    })
+}
+
+/// Moves one motor, where the configuration allows that.
+fn force_move<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, source: Source) -> Outcome {
+    let is_allowed = match hands.macros().memory.store.section("force_move") {
+        Some(section) => {
+            const KEY: &str = "enable_force_move";
+            read_option(hands, section, KEY)?
+                && printer_cfg::read_setting(KEY, hands.macros().memory.text) == Setting::Bool(true)
+        }
+        None => false,
+    };
+    if !is_allowed {
+        return Err(Failure::refused(&"FORCE_MOVE needs [force_move] enable_force_move: True in the printer.cfg"));
+    }
+    let letter = motor(hands, command, source)?;
+    let number = |key| command.get(key).and_then(gcode::read_f64).filter(|number| number.is_finite());
+    let (Some(distance), Some(velocity)) = (number("DISTANCE"), number("VELOCITY")) else {
+        return Err(Failure::refused(&"FORCE_MOVE needs DISTANCE= in mm and VELOCITY= in mm/s"));
+    };
+    let mut line = String::<96>::new();
+    // A number takes no more than is left for it.
+    let _ = write!(line, "test acc {letter} {distance:.5} {velocity:.5} ");
+    match (command.get("ACCEL"), number("ACCEL")) {
+        (None, _) | (_, Some(0.0)) => {}
+        (_, Some(acceleration)) => drop(write!(line, "{acceleration:.3}")),
+        (Some(_), None) => return Err(Failure::refused(&"FORCE_MOVE: ACCEL is a number, in mm/s2")),
+    }
+    calls::run_text(hands, Section(u16::MAX), [&line, ""], source.to, Shares::No)
+}
+
+/// Moves one motor's axis to and fro, ten times.
+fn buzz<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, source: Source) -> Outcome {
+    let letter = motor(hands, command, source)?;
+    let mut line = String::<32>::new();
+    // The line fits.
+    let _ = write!(line, "test jog {letter} 1 20 240");
+    calls::run_text(hands, Section(u16::MAX), [&line, ""], source.to, Shares::No)
 }
 
 /// Looks whether G-code is due.

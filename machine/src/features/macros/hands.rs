@@ -103,3 +103,11 @@ pub(super) fn has_option<'c>(hands: &mut impl MacroHands<'c>, section: Section, 
     let read = macros.memory.store.read((section, key), &mut world.ports, |_| ());
     read.map(|read| read.is_some()).map_err(|trouble| refused(hands, &trouble))
 }
+
+/// Reads an option into memory. False: there is none.
+pub(super) fn read_option<'c>(hands: &mut impl MacroHands<'c>, section: Section, key: &str) -> Result<bool, Failure> {
+    let Seen { macros, world, .. } = hands.seen();
+    let memory = &mut macros.memory;
+    let read = memory.store.read((section, key), &mut world.ports, |text| memory.text.fill(text));
+    read.map(|read| read.is_some()).map_err(|trouble| refused(hands, &trouble))
+}

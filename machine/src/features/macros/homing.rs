@@ -10,7 +10,7 @@ use program::State;
 use units::{Axis, AxisSet, PerAxis};
 
 use super::calls::{self, Shares};
-use super::hands::{MacroHands, Seen, refused};
+use super::hands::{MacroHands, read_option};
 use super::look::Parameters;
 use crate::machine::homing;
 
@@ -46,7 +46,7 @@ pub(super) fn begin<'c>(hands: &mut impl MacroHands<'c>, words: &str, to: Recipi
 
 /// Whether the template stands for homing these axes.
 fn stands_for<'c>(hands: &mut impl MacroHands<'c>, section: Section, named: AxisSet) -> Result<bool, Failure> {
-    let is_written = read(hands, section, "axes")?;
+    let is_written = read_option(hands, section, "axes")?;
     let axes = if is_written { hands.macros().memory.text.text().unwrap_or("") } else { "xyz" };
     let axes = AxisSet::collect(axes.chars().filter_map(|letter| Axis::from_letter(letter.to_ascii_uppercase())));
     Ok(named.is_empty() || !named.and(axes).is_empty())
@@ -55,7 +55,7 @@ fn stands_for<'c>(hands: &mut impl MacroHands<'c>, section: Section, named: Axis
 fn run<'c>(hands: &mut impl MacroHands<'c>, section: Section, words: &str, to: Recipient) -> Outcome {
     let mut places = PerAxis::default();
     for (axis, key) in [(Axis::X, "set_position_x"), (Axis::Y, "set_position_y"), (Axis::Z, "set_position_z")] {
-        if !read(hands, section, key)? {
+        if !read_option(hands, section, key)? {
             continue;
         }
         places[axis] = hands.macros().memory.text.text().and_then(gcode::read_f64);
@@ -68,12 +68,4 @@ fn run<'c>(hands: &mut impl MacroHands<'c>, section: Section, words: &str, to: R
         hands.resynchronise_if_still();
     }
     calls::call(hands, section, "gcode", &Parameters::Coded(words), to, Shares::No)
-}
-
-/// Reads an option into memory. False: there is none.
-fn read<'c>(hands: &mut impl MacroHands<'c>, section: Section, key: &str) -> Result<bool, Failure> {
-    let Seen { macros, world, .. } = hands.seen();
-    let memory = &mut macros.memory;
-    let read = memory.store.read((section, key), &mut world.ports, |text| memory.text.fill(text));
-    read.map(|read| read.is_some()).map_err(|trouble| refused(hands, &trouble))
 }

@@ -1,5 +1,6 @@
 //! Klipper's macros from a printer.cfg on the card, carried out by a whole machine.
 
+mod force_move;
 mod homing;
 mod templates;
 mod variables;
