@@ -110,7 +110,7 @@ struct Session {
 /// When a condition of this module does not hold.
 pub fn run(bytes: &[u8]) {
     for dialect in Dialect::ALL {
-        let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
+        let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY, probe_height: 1.5 };
         let mut session = Session {
             interpreter: Interpreter::new(setup()),
             facts,

@@ -278,7 +278,7 @@ fn z_that_homes_by_the_probe_homes_by_a_line() {
     let run = velvet(&["migrate", text(&file), "--out", text(&base.join("out"))]);
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let new = settings(&base.join("out"));
-    let line = "G91_G0_Z10_F900_G90_G28_X_Y_G53_G0_X150_Y140_F4800_G30_L_G28.3_Z1.5_G0_Z10_M402";
+    let line = "G91_G0_Z10_F900_G90_G28_X_Y_G53_G0_X150_Y140_F4800_G30_L_G28.3_P1_G0_Z10_M402";
     assert_eq!(new["[endstops] common.home_gcode"], line);
     assert_eq!(new["[zprobe] deploy_gcode"], "M280 S650 G4 P680");
     let job = base.join("job.gcode");
@@ -300,7 +300,7 @@ fn a_template_stands_for_g28_and_z_homes_by_the_probe_within_it() {
     let run = velvet(&["migrate", text(&file), "--out", text(&base.join("out"))]);
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
     let new = settings(&base.join("out"));
-    assert_eq!(new["[endstops] common.home_z_gcode"], "G30_L_G28.3_Z1.5_G0_Z5");
+    assert_eq!(new["[endstops] common.home_z_gcode"], "G30_L_G28.3_P1_G0_Z5");
     assert!(!new.contains_key("[endstops] common.home_gcode"));
     let verdicts = verdicts(&report(&base.join("out")));
     for option in ["axes", "set_position_z", "gcode"] {

@@ -335,8 +335,9 @@ impl<'c> Preflight<'c> {
         }
     }
 
-    pub(super) const fn facts(&self) -> Facts {
-        Facts { homed: self.homed, can_home: self.can_home }
+    pub(super) fn facts(&self) -> Facts {
+        let [.., probe_height] = self.config.probe_offsets();
+        Facts { homed: self.homed, can_home: self.can_home, probe_height }
     }
 
     /// Returns the ends of travel, as they are now.

@@ -9,12 +9,14 @@ use crate::words::Words;
 use gcode::Dialect;
 
 /// Facts about the machine that the meaning of a block depends on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Facts {
     /// Axes that are homed.
     pub homed: AxisSet,
     /// Axes that have an end stop to home with.
     pub can_home: AxisSet,
+    /// Height of the tool over the bed as the probe's contact closes, mm.
+    pub probe_height: f64,
 }
 
 impl Facts {

@@ -73,7 +73,7 @@ struct Session {
 
 impl Session {
     fn new() -> Self {
-        let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
+        let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY, probe_height: 1.5 };
         Self { interpreter: Interpreter::new(setup()), facts, dialect: Dialect::Smoothie }
     }
 

@@ -184,7 +184,8 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Returns the facts about the machine that the program must know.
     pub(crate) const fn facts(&self) -> Facts {
-        Facts { homed: self.axes.homed(), can_home: self.can_home }
+        let [.., probe_height] = self.bed.probe_offsets;
+        Facts { homed: self.axes.homed(), can_home: self.can_home, probe_height }
     }
 
     /// Says something to one recipient.

@@ -25,6 +25,15 @@ pub(super) const PLACES: &[WordInfo] = &[
     word('B', Unit::Number, "machine coordinate"),
     word('C', Unit::Number, "machine coordinate"),
 ];
+const DECLARED: &[WordInfo] = &[
+    word('X', Unit::Mm, "machine coordinate"),
+    word('Y', Unit::Mm, "machine coordinate"),
+    word('Z', Unit::Mm, "machine coordinate"),
+    word('A', Unit::Number, "machine coordinate"),
+    word('B', Unit::Number, "machine coordinate"),
+    word('C', Unit::Number, "machine coordinate"),
+    word('P', Unit::Flag, "Z is as high as the probe's contact closes, as M565 says"),
+];
 const SLAVES: &[WordInfo] = &[
     word('X', Unit::Flag, "0: measure; 1: put its slave where M666 says"),
     word('Y', Unit::Flag, "0: measure; 1: put its slave where M666 says"),
@@ -70,7 +79,7 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(AXES)
         .waits(Waits::Result),
     CodeInfo::means(Code::g(28).sub(3), offsets::declare_position, "the machine is here, and counts as homed")
-        .takes(PLACES)
+        .takes(DECLARED)
         .waits(Waits::Standstill),
     CodeInfo::asks(
         Code::g(28).sub(4),

@@ -1,5 +1,5 @@
-//! Klipper's commands about macros, and those that its configuration has to allow. The machine keeps what they
-//! change beside the program.
+//! Klipper's commands about macros, and others that take more of the machine than codes: its configuration in
+//! Klipper's terms, what is in force.
 
 use super::row::{Becomes, ExtendedInfo};
 
@@ -15,4 +15,6 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     of_macros("SET_IDLE_TIMEOUT", "TIMEOUT", "seconds without work after which [idle_timeout] acts"),
     of_macros("STEPPER_BUZZ", "STEPPER", "move a motor to and fro by a millimetre, as test jog"),
     of_macros("UPDATE_DELAYED_GCODE", "ID DURATION", "seconds until a [delayed_gcode] is carried out, 0 for never"),
+    of_macros("Z_OFFSET_APPLY_ENDSTOP", "", "the shift of Z, as M290, becomes one of where Z homes, as M206"),
+    of_macros("Z_OFFSET_APPLY_PROBE", "", "the shift of Z, as M290, becomes one of the probe's offset, as M565"),
 ];

@@ -6,7 +6,6 @@ const NO_ACCELEROMETER: &str = "no accelerometer can be connected; print a ringi
 const NO_CARRIAGE: &str = "there is one carriage on each axis";
 const NO_EDDY: &str = "probes here are switches; see [zprobe]";
 const NO_CHIP: &str = "no chip of this kind can be connected";
-const NO_OFFSET: &str = "put the shift into the probe's offset with M851 Z, or into homing_offset, then M500";
 
 pub(super) const COMMANDS: &[ExtendedInfo] = &[
     refused("ACCELEROMETER_*", NO_ACCELEROMETER),
@@ -39,7 +38,6 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     refused("SYNC_EXTRUDER_MOTION", "each extruder follows its own tool"),
     refused("TEMPERATURE_PROBE_*", NO_EDDY),
     refused("TEST_RESONANCES", NO_ACCELEROMETER),
-    refused("Z_OFFSET_APPLY_*", NO_OFFSET),
 ];
 
 const fn refused(name: &'static str, reason: &'static str) -> ExtendedInfo {

@@ -226,7 +226,7 @@ pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -
 }
 
 /// G92.4 and G28.3: declares the machine's position. G28.3 counts as homing, and without words sets all axes
-/// to zero; G92.4 without words is G92.1.
+/// to zero; with P the tool stands at the probe's contact. G92.4 without words is G92.1.
 pub(crate) fn declare_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let homed = words.code().number == 28;
@@ -234,11 +234,14 @@ pub(crate) fn declare_position<'b>(program: &mut Interpreter, context: &Context<
         return g92(program, context);
     }
     let named = if homed && words.is_bare() { units::AxisSet::ALL } else { words.axes() };
-    let to = Axis::ALL.map(|axis| {
+    let mut to = PerAxis(Axis::ALL.map(|axis| {
         let place = words.axis(axis).or(homed.then_some(0.0));
         place.filter(|_| named.has(axis))
-    });
-    Ok(Meaning::Action(Action::SetPosition { to: PerAxis(to), homed }))
+    }));
+    if homed && words.has('P') {
+        to[Axis::Z] = Some(context.facts.probe_height);
+    }
+    Ok(Meaning::Action(Action::SetPosition { to, homed }))
 }
 
 /// M120 saves units, distance modes, rates and the coordinate system; M121 restores them.

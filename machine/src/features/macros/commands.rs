@@ -17,7 +17,7 @@ use units::Micros;
 use super::calls::{self, Shares};
 use super::hands::{MacroHands, has_option, read_option};
 use super::look::Parameters;
-use super::{kept_modes, saved};
+use super::{kept_modes, saved, z_offset};
 use crate::machine::source::Source;
 
 /// Line that carries out the delayed G-code that is due.
@@ -40,6 +40,8 @@ pub(super) fn run<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, s
         _ if command.is("SET_IDLE_TIMEOUT") => set_idle_timeout(hands, command),
         _ if command.is("FORCE_MOVE") => force_move(hands, command, source),
         _ if command.is("STEPPER_BUZZ") => buzz(hands, command, source),
+        _ if command.is("Z_OFFSET_APPLY_ENDSTOP") => z_offset::apply(hands, false, source.to),
+        _ if command.is("Z_OFFSET_APPLY_PROBE") => z_offset::apply(hands, true, source.to),
         _ if command.is("SAVE_GCODE_STATE") => kept_modes::save(hands, command),
         _ if command.is("RESTORE_GCODE_STATE") => kept_modes::restore(hands, command, source.to),
         _ => return None,

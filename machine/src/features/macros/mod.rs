@@ -15,6 +15,7 @@ pub(crate) mod reload;
 mod saved;
 pub(crate) mod state;
 mod status;
+mod z_offset;
 
 use base::failure::{Failure, Outcome};
 use base::sessions::{LineBytes, Recipient};

@@ -7,7 +7,7 @@ use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId};
 use crate::state::cycle::drilling_axis;
 use crate::{Action, Claim, Dialect, Facts, Fault, Interpreter, Meaning, Move, Rate, Setup, Spindle};
 
-const FACTS: Facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
+const FACTS: Facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY, probe_height: 0.0 };
 
 fn program() -> Interpreter {
     let mut setup = Setup { feed_rate: MmPerSecond(5.0), seek_rate: MmPerSecond(50.0), ..Setup::default() };

@@ -299,7 +299,7 @@ fn by_line(m: &mut Migration<'_>) {
         line += &format!("G53 G0 X{} Y{} F{} ", text(*x), text(*y), text(speed));
     }
     // The tool stays at the contact until the machine knows how high it is there.
-    line += &format!("G30 L G28.3 Z{}", text(height.unwrap_or(0.0)));
+    line += "G30 L G28.3 P1";
     let lift = hop.unwrap_or(5.0).max(height.unwrap_or(0.0));
     line += &format!(" G0 Z{}", text(lift));
     if m.written(("zprobe", "", "deploy_gcode")).is_some() {

@@ -4,6 +4,7 @@ mod force_move;
 mod homing;
 mod templates;
 mod variables;
+mod z_offset;
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Beta};
