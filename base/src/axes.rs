@@ -48,6 +48,8 @@ pub struct Axes {
     /// Axes that were homed when a place was kept, and those that have not read as then since.
     homed_then: AxisSet,
     strayed: AxisSet,
+    /// The motors of Z have been aligned, and none has been without current since.
+    are_aligned: bool,
 }
 
 impl Axes {
@@ -73,7 +75,19 @@ impl Axes {
     /// Marks axes as not homed.
     pub fn forget_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.without(axes);
+        self.are_aligned &= !axes.has(Axis::Z);
         self.stray(axes);
+    }
+
+    /// Notes that the motors of Z have been aligned.
+    pub const fn mark_aligned(&mut self) {
+        self.are_aligned = true;
+    }
+
+    /// Whether the motors of Z have been aligned, and none has been without current or lost its place since.
+    #[must_use]
+    pub const fn are_aligned(&self) -> bool {
+        self.are_aligned
     }
 
     /// Notes that a place is kept, to come back to; the axes `to_home` are to be homed before.
@@ -209,7 +223,7 @@ impl Axes {
             // Errors are left to the supervisor, as in `disable`.
             let _ = ports.drivers(|drivers| drivers.set_enabled(motor, false));
         }
-        self.on = 0;
+        (self.on, self.are_aligned) = (0, false);
     }
 
     /// Notes that a motor got a new current, and so is not at its standstill current.

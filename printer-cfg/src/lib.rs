@@ -28,6 +28,6 @@ pub use index::{Section, Use};
 pub use option::{Name, Options, Value};
 pub use saved_variables::{NotSaved, name_at as saved_name, read as read_saved, save};
 pub use scan::{Loaded, Trouble};
-pub use settings::{Setting, default_of, read as read_setting};
+pub use settings::{Setting, default_of, read as read_setting, stand_in};
 pub use store::{CODE_BYTES, LINES_BYTES, Memory, SCRATCH, Scratch, Store};
 pub use variables::{ROOM as VARIABLES_BYTES, Variables};

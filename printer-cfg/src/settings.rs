@@ -39,7 +39,7 @@ const WHOLE: [&str; 14] = [
 ];
 
 /// Values that count where an option is not written: end of the section's name and key, and the value.
-const DEFAULTS: [(&str, &str, &str); 27] = [
+const DEFAULTS: [(&str, &str, &str); 43] = [
     ("idle_timeout", "timeout", "600"),
     ("extruder", "min_extrude_temp", "170"),
     ("extruder", "max_extrude_only_distance", "50"),
@@ -49,32 +49,67 @@ const DEFAULTS: [(&str, &str, &str); 27] = [
     ("printer", "minimum_cruise_ratio", "0.5"),
     ("stepper", "homing_speed", "5"),
     ("stepper", "homing_retract_dist", "5"),
+    ("stepper", "homing_retract_speed", "5"),
     ("stepper", "position_min", "0"),
+    ("fan", "max_power", "1"),
+    ("fan", "off_below", "0"),
+    ("fan", "kick_start_time", "0.1"),
     ("safe_z_home", "z_hop", "0"),
     ("safe_z_home", "z_hop_speed", "15"),
     ("safe_z_home", "speed", "50"),
+    ("safe_z_home", "move_to_previous", "False"),
+    ("filament_switch_sensor", "pause_on_runout", "True"),
     ("pause_resume", "recover_velocity", "50"),
     ("probe", "x_offset", "0"),
     ("probe", "y_offset", "0"),
     ("probe", "speed", "5"),
     ("probe", "samples", "1"),
-    ("bltouch", "x_offset", "0"),
-    ("bltouch", "y_offset", "0"),
-    ("bltouch", "speed", "5"),
+    ("probe", "lift_speed", "5"),
+    ("probe", "sample_retract_dist", "2"),
+    ("probe", "samples_tolerance", "0.1"),
+    ("probe", "samples_tolerance_retries", "0"),
     ("bed_mesh", "speed", "50"),
     ("bed_mesh", "horizontal_move_z", "5"),
     ("bed_mesh", "algorithm", "lagrange"),
+    ("bed_mesh", "probe_count", "3,3"),
+    ("bed_mesh", "fade_start", "1"),
+    ("bed_mesh", "fade_end", "0"),
+    ("z_tilt", "speed", "50"),
+    ("z_tilt", "horizontal_move_z", "5"),
+    ("z_tilt", "retries", "0"),
+    ("z_tilt", "retry_tolerance", "0"),
     ("firmware_retraction", "retract_length", "0"),
     ("firmware_retraction", "retract_speed", "20"),
+    ("firmware_retraction", "unretract_extra_length", "0"),
+    ("firmware_retraction", "unretract_speed", "10"),
     ("force_move", "enable_force_move", "False"),
 ];
 
 /// Returns the value that counts where an option is not written.
 #[must_use]
 pub fn default_of(section: &str, key: &str) -> Option<&'static str> {
-    let kind = section.split([' ', '_']).next().filter(|kind| *kind == "stepper").unwrap_or(section);
-    let kind = if kind.starts_with("extruder") { "extruder" } else { kind };
+    let kind = match section.split(' ').next().unwrap_or(section) {
+        kind if kind.starts_with("stepper_") => "stepper",
+        kind if kind.starts_with("extruder") => "extruder",
+        "bltouch" | "smart_effector" => "probe",
+        "quad_gantry_level" => "z_tilt",
+        "fan_generic" | "heater_fan" | "controller_fan" => "fan",
+        "filament_motion_sensor" => "filament_switch_sensor",
+        kind => kind,
+    };
     DEFAULTS.into_iter().find(|(of, option, _)| *of == kind && *option == key).map(|(_, _, value)| value)
+}
+
+/// Returns the option of the same section that stands in where this one is not written.
+#[must_use]
+pub fn stand_in(key: &str) -> Option<&'static str> {
+    Some(match key {
+        "lift_speed" => "speed",
+        "homing_retract_speed" => "homing_speed",
+        "max_z_velocity" => "max_velocity",
+        "max_z_accel" => "max_accel",
+        _ => return None,
+    })
 }
 
 /// Reads the text of an option as what it looks like.
@@ -144,5 +179,10 @@ mod tests {
         assert_eq!(default_of("extruder1", "min_extrude_temp"), Some("170"));
         assert_eq!(default_of("idle_timeout", "timeout"), Some("600"));
         assert_eq!(default_of("printer", "max_accel"), None);
+        assert_eq!(default_of("bltouch", "sample_retract_dist"), Some("2"));
+        assert_eq!(default_of("quad_gantry_level", "retries"), Some("0"));
+        assert_eq!(default_of("filament_motion_sensor wheel", "pause_on_runout"), Some("True"));
+        assert_eq!(default_of("fan_generic aux", "max_power"), Some("1"));
+        assert_eq!([stand_in("lift_speed"), stand_in("speed")], [Some("speed"), None]);
     }
 }

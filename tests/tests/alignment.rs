@@ -116,6 +116,19 @@ fn what_is_off_is_said_in_words() {
 }
 
 #[test]
+fn macros_see_whether_the_motors_are_aligned() {
+    let text = "[z_tilt]\n[gcode_macro TELL]\ngcode: RESPOND MSG=\"{printer.z_tilt.applied}\"\n";
+    let mut bench = start(plan(3).adding("\n[macros]\nfile = printer.cfg\n").file("printer.cfg", text));
+    rack(&bench, Delta, -0.5);
+    assert_eq!(bench.say("TELL"), "echo: False\nok\n");
+    bench.say("G34");
+    bench.run(&["G28 Z"]);
+    assert_eq!(bench.say("TELL"), "echo: True\nok\n");
+    bench.run(&["M18"]);
+    assert_eq!(bench.say("TELL"), "echo: False\nok\n", "a motor without current may have been turned");
+}
+
+#[test]
 fn a_bed_that_leans_and_a_probe_beside_the_tool_make_no_difference() {
     let bed = Bed::tilted(0.4, [0.004, -0.003]);
     let mut bench =

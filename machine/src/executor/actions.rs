@@ -84,7 +84,8 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Finish => machine.standstill()?,
         Action::Halt => halt::emergency_stop(machine),
         Action::Release => halt::clear_halt(machine, to),
-        Action::Message(_) | Action::SurfaceSpeed(None) => {}
+        Action::Message(text) => Features::<P>::shows(machine, text),
+        Action::SurfaceSpeed(None) => {}
         Action::Acceleration(value) => {
             return motion_codes::acceleration(machine.world.texts, &mut machine.world.ports, value);
         }

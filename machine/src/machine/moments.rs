@@ -197,6 +197,8 @@ moments! {
     /// Carries out a code that the feature has taken for its own. None: it has not.
     first run_code(machine: &mut M, block: &Block<'_>, source: Source) -> Option<Outcome>;
 
+    /// Shows a text to the operator (M117).
+    all shows(machine: &mut M, text: &str);
     /// Begins what a line of a probe's script names, carried out on the spot; `is_first`: nothing of the script
     /// is under way. Returns the number of what is under way otherwise. None: the line names nothing.
     ///

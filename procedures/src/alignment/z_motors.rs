@@ -63,6 +63,7 @@ fn rounds<'c>(hands: &mut impl ProbeHands<'c>, settings: &ZAlignment, slaves: &[
         let worst = offsets.iter().copied().map(libm::fabs).fold(0.0, f64::max);
         if worst <= settings.tolerance.0 {
             let text = "they are aligned. Z may touch the bed elsewhere now: home Z, or level, before a job";
+            hands.axes().mark_aligned();
             hands.say(format_args!("Z motors: none is off by more than {worst:.4} mm, {text}\n"));
             return Ok(());
         }

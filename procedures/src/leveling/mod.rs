@@ -33,6 +33,6 @@ pub use compensation::{
 pub use grid_file::grid_point;
 pub use map::{map_line, means, say_findings, show_map};
 pub use plane::{adopt_plane, bed_plane};
-pub use profiles::{delete, list, load, save, use_mesh};
+pub use profiles::{delete, list, load, name_at, save, use_mesh};
 pub use skew::{configure, skew};
 pub use table::{grid_line, show_grid};

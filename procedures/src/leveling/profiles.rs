@@ -188,6 +188,19 @@ fn names_behind(storage: &mut impl Storage, seen: usize) -> Result<(usize, Vec<M
     Ok((entries.len(), names.collect()))
 }
 
+/// Returns the name of the mesh at a place among those on the card, if there are so many and the card can be
+/// read.
+pub fn name_at(storage: &mut impl Storage, place: usize) -> Option<MeshName> {
+    let (mut seen, mut found) = (0, 0);
+    loop {
+        let (entries, names) = names_behind(storage, seen).ok().filter(|(entries, _)| *entries > 0)?;
+        if let Some(name) = names.get(place - found) {
+            return Some(*name);
+        }
+        (seen, found) = (seen + entries, found + names.len());
+    }
+}
+
 /// M420: S0 sets the mesh aside, S1 puts it in force again, or loads the saved mesh; L loads the mesh with
 /// this number; Z is the height at which it has faded, V shows it. Without words as S1.
 pub fn use_mesh<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {

@@ -99,7 +99,7 @@ pub(crate) fn release<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meanin
 
 /// M117: shows a message to the operator.
 pub(crate) fn message<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    Ok(context.words.text().map_or(Meaning::Nothing, |text| Meaning::Action(Action::Message(text))))
+    Ok(Meaning::Action(Action::Message(context.words.text().unwrap_or(""))))
 }
 
 /// M400: waits until all motion has stopped.

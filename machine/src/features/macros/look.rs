@@ -6,6 +6,7 @@ use core::fmt::Write as _;
 use core::marker::PhantomData;
 
 use ::macros::{Action, Environment, Given, Kind, Object};
+use base::bed::MeshName;
 use base::failure::Failure;
 use base::reason::Alarm;
 use base::snapshot::Snapshot;
@@ -132,7 +133,9 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
 
     /// Gives an option of the configuration: as Klipper has read it, or as it is written.
     fn option(&mut self, section: Section, key: &str, is_read: bool) -> Option<Given<'_>> {
-        if !self.read_option(section, key) {
+        let stand_in = printer_cfg::stand_in(key).filter(|_| is_read);
+        let is_written = self.read_option(section, key) || stand_in.is_some_and(|key| self.read_option(section, key));
+        if !is_written {
             if is_read && key == "max_extrude_cross_section" {
                 return self.cross_section(section);
             }
@@ -227,8 +230,18 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
                 self.hands.jobs().objects.shown(place).map(|_| Thing::PrintObject(place as u8).given())
             }
             Thing::PrintObject(_) => ["name", "center", "polygon"].get(place).map(|name| Given::Text(name)),
+            Thing::Profiles => {
+                let name = self.mesh_at(place)?;
+                self.text().fill(name.as_str().bytes());
+                self.read_text(Given::Text)
+            }
             Thing::Macro(_) | Thing::Configfile | Thing::Saved | Thing::Status(..) => None,
         }
+    }
+
+    /// Returns the name of the mesh at a place among those on the card.
+    fn mesh_at(&mut self, place: usize) -> Option<MeshName> {
+        procedures::leveling::name_at(&mut self.hands.world().ports, place)
     }
 }
 
@@ -269,6 +282,11 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
             }
             Thing::Status(kind, instance) => status::value(self, kind, instance, name),
             Thing::PrintObject(place) => status::print_object(self, place, name),
+            // What a mesh is made of is not kept for macros, only that it is there.
+            Thing::Profiles => {
+                let mut names = (0..).map_while(|place| self.mesh_at(place));
+                names.any(|known| known.as_str() == name).then_some(Given::Literal("{}"))
+            }
             Thing::PrintObjects => None,
             Thing::Vector(which) => {
                 let place = ["x", "y", "z", "e"].iter().position(|axis| *axis == name)?;
@@ -315,7 +333,9 @@ pub(super) const fn kind_of(thing: Thing) -> Kind {
         Thing::Printer | Thing::Macro(_) | Thing::Configfile | Thing::Saved | Thing::Status(..) => Kind::Lookup,
         Thing::PrintObject(_) => Kind::Dict,
         Thing::PrintObjects => Kind::List,
-        Thing::Parameters | Thing::Settings(_) | Thing::Options(..) | Thing::SavedVariables => Kind::Dict,
+        Thing::Parameters | Thing::Settings(_) | Thing::Options(..) | Thing::SavedVariables | Thing::Profiles => {
+            Kind::Dict
+        }
         Thing::Vector(_) => Kind::Tuple,
     }
 }

@@ -58,6 +58,13 @@ impl<'c, M: MacroHands<'c>> Moments<M> for Feature {
         hands.macros().is_idle = false;
     }
 
+    fn shows(hands: &mut M, text: &str) {
+        let message = &mut hands.macros().message;
+        message.clear();
+        // A display shows the beginning of a long text too.
+        text.chars().take_while(|letter| message.push(*letter).is_ok()).for_each(drop);
+    }
+
     fn run_named(hands: &mut M, line: &str, source: Source) -> Option<Outcome> {
         let command = Extended::new(line);
         calls::run_named(hands, &command, source).or_else(|| commands::run(hands, &command, source))

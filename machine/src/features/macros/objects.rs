@@ -34,10 +34,12 @@ pub(super) enum Kind {
     Host,
     /// Objects of the print that can be left out.
     Print,
+    /// Motors of Z, aligned or not.
+    Alignment,
 }
 
 /// Names of objects; a name that ends in a blank is followed by that of a part.
-const KINDS: [(&str, Kind); 32] = [
+const KINDS: [(&str, Kind); 34] = [
     ("toolhead", Kind::Toolhead),
     ("gcode_move", Kind::Move),
     ("motion_report", Kind::LiveMotion),
@@ -70,6 +72,8 @@ const KINDS: [(&str, Kind); 32] = [
     ("filament_switch_sensor ", Kind::Filament),
     ("filament_motion_sensor ", Kind::Filament),
     ("bltouch", Kind::Probe),
+    ("z_tilt", Kind::Alignment),
+    ("quad_gantry_level", Kind::Alignment),
 ];
 
 /// Objects that every machine has, which `printer` is gone through with.
@@ -104,9 +108,11 @@ pub(super) enum Thing {
     /// The objects of the print, as a list.
     PrintObjects,
     PrintObject(u8),
+    /// Meshes on the card, by their names.
+    Profiles,
 }
 
-const STATUS: [Kind; 22] = [
+const STATUS: [Kind; 23] = [
     Kind::Toolhead,
     Kind::Move,
     Kind::LiveMotion,
@@ -129,6 +135,7 @@ const STATUS: [Kind; 22] = [
     Kind::Filament,
     Kind::Host,
     Kind::Print,
+    Kind::Alignment,
 ];
 const VECTORS: [Vector; 6] =
     [Vector::Least, Vector::Greatest, Vector::Position, Vector::GcodePosition, Vector::Origin, Vector::Live];
@@ -151,6 +158,7 @@ impl Thing {
             10 => Self::Status(kind(id >> 8), (id >> 16) as u8),
             12 => Self::PrintObjects,
             13 => Self::PrintObject((id >> 8) as u8),
+            14 => Self::Profiles,
             11 => Self::Vector(VECTORS.get((id >> 8) as usize).copied().unwrap_or(Vector::Position)),
             _ => Self::Printer,
         }
@@ -172,6 +180,7 @@ impl Thing {
             Self::Status(kind, instance) => 10 | (kind as u32) << 8 | (instance as u32) << 16,
             Self::Vector(which) => 11 | (which as u32) << 8,
             Self::PrintObjects => 12,
+            Self::Profiles => 14,
             Self::PrintObject(place) => 13 | (place as u32) << 8,
         };
         Given::Object(Object { id, kind: kind_of(self) })
@@ -196,7 +205,7 @@ pub(super) fn find<'c, H: MacroHands<'c>>(look: &mut Look<'_, 'c, H>, name: &str
         Kind::PartFan => output(config, "fan")?,
         Kind::Probe => look.snapshot.probe.map(|_| 0)?,
         Kind::Filament => config.filament_detector.enable.then_some(0)?,
-        Kind::Mesh | Kind::Retraction => look.hands.macros().memory.store.section(name).map(|_| 0)?,
+        Kind::Mesh | Kind::Retraction | Kind::Alignment => look.hands.macros().memory.store.section(name).map(|_| 0)?,
         _ => 0,
     };
     Some(Thing::Status(kind, instance).given())

@@ -10,6 +10,9 @@ const MOST: usize = 6;
 /// Longest name, bytes.
 const NAME: usize = 24;
 
+/// Longest text of M117 that is kept, bytes.
+const MESSAGE: usize = 64;
+
 /// Modes, and where the program was.
 #[derive(Clone, Debug)]
 pub(crate) struct Kept {
@@ -50,6 +53,8 @@ pub(crate) struct Macros<'c> {
     pub modes: KeptModes,
     /// Numbers that macros take at random.
     pub random: u32,
+    /// Beginning of the text that was last shown to the operator (M117).
+    pub message: String<MESSAGE>,
 }
 
 impl<'c> Macros<'c> {
@@ -63,6 +68,7 @@ impl<'c> Macros<'c> {
             is_idle: false,
             modes: KeptModes::new(),
             random: 0,
+            message: String::new(),
         }
     }
 

@@ -73,7 +73,15 @@ pub(super) fn value<'t, 'c, H: MacroHands<'c>>(
                 _ => None,
             }
         }
-        Kind::Display => (name == "progress").then(|| Given::Float(progress(snapshot.job.as_ref()))),
+        Kind::Display => match name {
+            "progress" => Some(Given::Float(progress(snapshot.job.as_ref()))),
+            "message" => match look.hands.macros().message.as_str() {
+                "" => Some(Given::None),
+                text => Some(Given::Text(text)),
+            },
+            _ => None,
+        },
+        Kind::Alignment => (name == "applied").then(|| Given::Bool(look.hands.axes().are_aligned())),
         Kind::Host => (name == "state").then_some(Given::Text("ready")),
         Kind::Endstops if name == "last_query" => endstops(look),
         Kind::Heaters => heaters(look, name),
@@ -103,6 +111,7 @@ fn toolhead<'t, 'c, H: MacroHands<'c>>(look: &'t mut Look<'_, 'c, H>, name: &str
                 .map(Given::Float)
         }
         "minimum_cruise_ratio" => limits(|limits| limits.cruise_ratio, &mut world.ports).map(Given::Float),
+        "stalls" => Some(Given::Int(i64::from(world.ports.motion(|motion| motion.counters().starved)))),
         "print_time" | "estimated_print_time" => Some(Given::Float(world.ports.now().0 as f64 / 1e6)),
         _ => None,
     }
@@ -234,6 +243,7 @@ fn mesh<'t, 'c, H: MacroHands<'c>>(look: &'t mut Look<'_, 'c, H>, name: &str) ->
             Some(mesh) if mesh.name.is_empty() => "default",
             Some(mesh) => mesh.name.as_str(),
         })),
+        "profiles" => Some(Thing::Profiles.given()),
         "mesh_min" => look.write(format_args!("({:?}, {:?})", least[0], least[1]), Given::Literal),
         "mesh_max" => look.write(format_args!("({:?}, {:?})", greatest[0], greatest[1]), Given::Literal),
         _ => None,

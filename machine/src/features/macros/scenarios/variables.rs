@@ -159,3 +159,38 @@ fn objects_of_the_print_are_seen_with_their_outlines() {
     let said = "echo: 10.0 50.0\necho: A at 20.0\necho: B at 65.0\necho: A of ['B']\necho: 1.0\nok\n";
     assert_eq!(bench.say("AREA"), said);
 }
+
+#[test]
+fn more_of_the_machine_is_seen_by_klippers_names() {
+    let text = "[z_tilt]\n[bed_mesh]\n[probe]\nspeed: 7\n[stepper_x]\n[gcode_macro TELL]\ngcode:\n \
+                RESPOND MSG=\"{printer.z_tilt.applied} {'quad_gantry_level' in printer} {printer.display_status.message}\"\n \
+                {% set p = printer.bed_mesh.profiles %}\n RESPOND MSG=\"{p|length} {'pei' in p} {'glass' in p} {p|list|join}\"\n \
+                {% set s = printer.configfile.settings %}\n \
+                RESPOND MSG=\"{s.probe.lift_speed} {s.probe.samples} {s.z_tilt.retries} {s.bed_mesh.probe_count[1]}\"\n \
+                RESPOND MSG=\"{s.stepper_x.homing_retract_speed} {'lift_speed' in printer.configfile.config.probe}\"\n";
+    let mut bench = with(text).file("pei.mesh", "x").file("note.txt", "x").start();
+    bench.run(&["M117 Layer 5"]);
+    let said = "echo: False False Layer 5\necho: 1 True False pei\necho: 7.0 1 0 3\necho: 5.0 False\nok\n";
+    assert_eq!(bench.say("TELL"), said);
+    bench.run(&["M117"]);
+    assert!(bench.say("TELL").starts_with("echo: False False None\n"), "an empty text takes it away");
+    bench.run(&[&format!("M117 {}", "é".repeat(40))]);
+    assert!(bench.say("TELL").contains(&format!(" {}\n", "é".repeat(32))), "as much as is kept, in whole letters");
+}
+
+#[test]
+fn a_sender_that_is_too_slow_is_counted() {
+    let text = "[gcode_macro STALLS]\ngcode: RESPOND MSG=\"{printer.toolhead.stalls}\"\n";
+    let mut bench = with(text).start();
+    bench.run(&["G91"]);
+    assert_eq!(bench.say("STALLS"), "echo: 0\nok\n");
+    bench.type_in("G1 X30 F3000\n");
+    bench.hear(0.4);
+    for _ in 0..60 {
+        bench.type_in("G1 X0.5\n");
+        bench.hear(0.02);
+    }
+    bench.hear(1.0);
+    let said = bench.say("STALLS");
+    assert!(said != "echo: 0\nok\n" && said.ends_with("\nok\n"), "{said}");
+}
