@@ -6,5 +6,5 @@
     ("/more-4fd955ab5e.js", "text/javascript; charset=utf-8", include_bytes!("more-4fd955ab5e.js.gz")),
     ("/views-95db6dc7de.css", "text/css; charset=utf-8", include_bytes!("views-95db6dc7de.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
-    ("/settings-3bf7f59bfc.json", "application/json", include_bytes!("settings-3bf7f59bfc.json.gz")),
+    ("/settings-8abdd1c10f.json", "application/json", include_bytes!("settings-8abdd1c10f.json.gz")),
 ]

@@ -27,7 +27,7 @@ settings! {
         pulses_per_mm: f64 = number("1", POSITIVE).unit("pulses/mm").v1("filament_detector.pulses_per_mm");
         /// Heaters stay on when it suspends the job. M404 H changes it.
         leave_heaters_on: bool = bool("false").v1("filament_detector.leave_heaters_on");
-        /// The job is suspended where filament is missing or stuck; otherwise that is told, and runout_gcode acts.
+        /// Suspend the job where filament is missing or stuck; otherwise that is told, and runout_gcode acts.
         suspends: bool = bool("true").klipper("[filament_switch_sensor] pause_on_runout").velvet();
     }
 }

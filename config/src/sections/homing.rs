@@ -183,8 +183,8 @@ settings! {
         "homing_retries" retries: u8 = integer("3", &(0, 20)).common().velvet();
         /// A line executed instead of G28 without axes. G28 within it homes. Underscores stand for blanks.
         "home_gcode" gcode: Command = text("", 96).common().klipper("[homing_override] gcode").velvet() => spaced;
-        /// A line executed for Z by G28 with Z or without axes, once the others are home: that of a probe, where
-        /// Z has no switch. Underscores stand for blanks.
+        /// A line executed for Z by G28 with Z or without axes, behind the others: that of a probe where Z
+        /// has no switch. Underscores stand for blanks.
         "home_z_gcode" z_gcode: Command = text("", 96).common().velvet() => spaced;
         /// Trims of the first three actuators.
         trim: [Mm; 3];

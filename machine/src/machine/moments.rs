@@ -199,8 +199,8 @@ moments! {
 
     /// Shows a text to the operator (M117).
     all shows(machine: &mut M, text: &str);
-    /// Begins what a line of a probe's script names, carried out on the spot; `is_first`: nothing of the script
-    /// is under way. Returns the number of what is under way otherwise. None: the line names nothing.
+    /// Begins what a line of a probe's script names, carried out on the spot; `is_first`: nothing of the
+    /// script is under way. Returns the number of what is under way otherwise. None: the line names nothing.
     ///
     /// # Errors
     /// Where nothing can be made of it.

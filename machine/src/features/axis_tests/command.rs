@@ -84,11 +84,10 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
     };
     let letter = match what {
         "jog" | "raw" | "acc" | "endstop" | "speed" | "sweep" | "backlash" => {
-            words.next().and_then(|word| word.chars().next()).ok_or(usage)?
+            words.next().and_then(|word| word.chars().next()).ok_or(usage)?.to_ascii_uppercase()
         }
         _ => ' ',
     };
-    let letter = letter.to_ascii_uppercase();
     let mut number = || words.next().map(|word| gcode::read_f64(word).filter(|n| n.is_finite()).ok_or(usage));
     if what == "endstop" {
         let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
@@ -118,8 +117,8 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
     }
     if matches!(what, "raw" | "acc") {
         let axis = Axis::from_letter(letter).ok_or("axis must be x, y, z, a, b, c")?;
-        let acceleration = feed.map(MmPerSecond2);
-        return Ok(Test::Steps(Steps { axis, count: size, rate: count, are_mm: what == "acc", acceleration }));
+        let (are_mm, acceleration) = (what == "acc", feed.map(MmPerSecond2));
+        return Ok(Test::Steps(Steps { axis, count: size, rate: count, are_mm, acceleration }));
     }
     let shape = match what {
         "jog" if letter == 'E' || Axis::from_letter(letter).is_some() => Shape::Line(letter),

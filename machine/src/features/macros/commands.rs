@@ -59,8 +59,8 @@ fn run_template<'c>(hands: &mut impl MacroHands<'c>, command: &Extended<'_>, to:
     calls::call(hands, section, option, &Parameters::Named(*command), to, shares)
 }
 
-/// Begins what a line of a probe's script names, a macro or a template, to be carried out on the spot; returns
-/// how many macros are under way before it. None: the line names neither.
+/// Begins what a line of a probe's script names, a macro or a template, to be carried out on the spot;
+/// returns how many macros are under way before it. None: the line names neither.
 pub(super) fn begin_on_the_spot<'c>(
     hands: &mut impl MacroHands<'c>,
     line: &str,

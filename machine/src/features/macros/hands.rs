@@ -28,6 +28,9 @@ pub(crate) struct Seen<'m, 'c, P> {
     pub jobs: &'m Jobs,
 }
 
+/// Name of the section that stands for G28.
+pub(super) const OVERRIDE: &str = "homing_override";
+
 /// The machine for macros.
 pub(crate) trait MacroHands<'c>: ViewedHands<'c> + JobHands<'c> {
     /// Returns what macros keep.
@@ -70,7 +73,7 @@ impl<'c, P: Ports> MacroHands<'c> for Machine<'c, P> {
     }
 
     fn has_homing(&self) -> bool {
-        self.features.macros.memory.store.section(super::homing::SECTION).is_some()
+        self.features.macros.memory.store.section(OVERRIDE).is_some()
     }
 
     fn is_at_rest(&self) -> bool {

@@ -10,12 +10,9 @@ use program::State;
 use units::{Axis, AxisSet, PerAxis};
 
 use super::calls::{self, Shares};
-use super::hands::{MacroHands, read_option};
+use super::hands::{MacroHands, OVERRIDE, read_option};
 use super::look::Parameters;
 use crate::machine::homing;
-
-/// Name of the section.
-pub(super) const SECTION: &str = "homing_override";
 
 /// Homes these axes, or all where none is named, for who asks otherwise than by G28. None: nothing stands for
 /// that.
@@ -31,7 +28,7 @@ pub(super) fn home<'c>(hands: &mut impl MacroHands<'c>, named: AxisSet, to: Reci
 /// Begins the template for a G28 with these words. None: G28 homes as ever.
 pub(super) fn begin<'c>(hands: &mut impl MacroHands<'c>, words: &str, to: Recipient) -> Option<Outcome> {
     let store = &hands.macros().memory.store;
-    let section = store.section(SECTION)?;
+    let section = store.section(OVERRIDE)?;
     if store.is_called(section) || hands.state() == State::Check {
         return None;
     }
@@ -60,7 +57,7 @@ fn run<'c>(hands: &mut impl MacroHands<'c>, section: Section, words: &str, to: R
         }
         places[axis] = hands.macros().memory.text.text().and_then(gcode::read_f64);
         if places[axis].is_none() {
-            return Err(hands.world().texts.refused(format_args!("[{SECTION}] {key}: this is no number")));
+            return Err(hands.world().texts.refused(format_args!("[{OVERRIDE}] {key}: this is no number")));
         }
     }
     if places.0.iter().any(Option::is_some) {

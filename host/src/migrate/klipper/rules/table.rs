@@ -38,8 +38,8 @@ pub const NUMBER: Change = Change::Times(1.0);
 /// Length of a line in the configuration.
 const LONGEST_LINE: usize = 96;
 
-/// Writes the line that carries out an option's template: the option itself where it is one plain line. False:
-/// no line was written.
+/// Writes the line that carries out an option's template: the option itself where it is one plain line.
+/// Returns whether there is such a line.
 pub fn template(m: &mut Migration<'_>, section: usize, option: &str, target: (&'static str, &str, &str)) -> bool {
     let Some(script) = m.section(section).get(option).map(str::to_owned) else { return false };
     let named = format!("RUN_TEMPLATE SECTION=\"{}\" OPTION={option}", m.section(section).name);
