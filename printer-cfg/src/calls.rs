@@ -1,6 +1,8 @@
 //! Macros under way: a stack, as macros call each other. The lines of each stand in one buffer, those of the
 //! innermost behind those of its caller.
 
+use core::ops::Range;
+
 use base::sessions::Recipient;
 use heapless::Vec;
 
@@ -65,20 +67,9 @@ impl Calls {
     }
 
     /// Takes the next line of the innermost call, which is not empty; returns its bounds. None: it has ended.
-    pub fn take_line(&mut self, lines: &[u8]) -> Option<core::ops::Range<usize>> {
+    pub fn take_line(&mut self, lines: &[u8]) -> Option<Range<usize>> {
         let call = self.calls.last_mut()?;
-        loop {
-            let (from, end) = (usize::from(call.next), usize::from(call.ends));
-            let rest = lines.get(from..end).filter(|rest| !rest.is_empty())?;
-            let length = rest.iter().position(|byte| *byte == b'\n');
-            call.next += length.map_or(rest.len(), |length| length + 1) as u16;
-            let line = rest.get(..length.unwrap_or(rest.len())).unwrap_or(rest);
-            let begins = from + (line.len() - line.trim_ascii_start().len());
-            let line = line.trim_ascii();
-            if !line.is_empty() {
-                return Some(begins..begins + line.len());
-            }
-        }
+        next_line(lines, &mut call.next, call.ends)
     }
 
     /// Returns the innermost call.
@@ -89,6 +80,22 @@ impl Calls {
     /// Ends the calls down to so many.
     pub fn cut(&mut self, count: usize) {
         self.calls.truncate(count);
+    }
+}
+
+/// Returns the bounds of the next line that is not empty, between these places, and goes on behind it.
+pub(crate) fn next_line(lines: &[u8], next: &mut u16, ends: u16) -> Option<Range<usize>> {
+    loop {
+        let (from, end) = (usize::from(*next), usize::from(ends));
+        let rest = lines.get(from..end).filter(|rest| !rest.is_empty())?;
+        let length = rest.iter().position(|byte| *byte == b'\n');
+        *next += length.map_or(rest.len(), |length| length + 1) as u16;
+        let line = rest.get(..length.unwrap_or(rest.len())).unwrap_or(rest);
+        let begins = from + (line.len() - line.trim_ascii_start().len());
+        let line = line.trim_ascii();
+        if !line.is_empty() {
+            return Some(begins..begins + line.len());
+        }
     }
 }
 

@@ -12,6 +12,7 @@ mod calls;
 mod delayed;
 mod index;
 mod lines;
+mod looks;
 mod option;
 mod saved_variables;
 mod scan;
@@ -25,6 +26,7 @@ mod variables;
 
 pub use calls::Call;
 pub use index::{Section, Use};
+pub use looks::{LookedAt, Looks};
 pub use option::{Name, Options, Value};
 pub use saved_variables::{NotSaved, name_at as saved_name, read as read_saved, save};
 pub use scan::{Loaded, Trouble};

@@ -6,6 +6,7 @@ use base::sessions::Recipient;
 use crate::calls::{Call, Calls};
 use crate::delayed::Delayed;
 use crate::index::{Index, Section, Use, hash};
+use crate::looks::Looks;
 use crate::option::{Name, Options};
 use crate::scan::{self, Loaded, Trouble};
 use crate::variables::Variables;
@@ -101,6 +102,7 @@ pub struct Store {
     index: Index,
     calls: Calls,
     delayed: Delayed,
+    looks: Looks,
 }
 
 impl Default for Store {
@@ -113,13 +115,14 @@ impl Store {
     /// Nothing is known.
     #[must_use]
     pub const fn new() -> Self {
-        Self { index: Index::new(), calls: Calls::new(), delayed: Delayed::new() }
+        Self { index: Index::new(), calls: Calls::new(), delayed: Delayed::new(), looks: Looks::new() }
     }
 
     // --- sections ---
 
     /// Reads a configuration anew. The caller forgets the variables that were changed.
     pub fn reload<S: Storage>(&mut self, storage: &mut S, path: &str, now_us: u64) -> Loaded {
+        self.looks.lose();
         scan::scan((&mut self.index, &mut self.delayed), storage, path, now_us)
     }
 
@@ -290,6 +293,12 @@ impl Store {
     /// `is_plain`: names in them mean what they mean without macros.
     pub fn call(&mut self, section: Section, length: usize, to: Recipient, is_plain: bool) {
         self.calls.push(section, length, to, is_plain);
+        self.looks.give_way(self.calls.end());
+    }
+
+    /// Returns the macros that a look ahead has entered.
+    pub const fn looks(&mut self) -> &mut Looks {
+        &mut self.looks
     }
 
     /// Takes the next line of the innermost macro; returns its bounds. None: it has ended.
