@@ -35,6 +35,7 @@ pub mod snapshot;
 pub mod spread;
 pub mod stall_watch;
 pub mod supervisor;
+pub mod taken_codes;
 pub mod tasks;
 pub mod touches;
 pub mod tuning;

@@ -4,7 +4,7 @@ use gcode::{Code, Letter};
 
 /// Which codes a feature has to be asked about. One byte: every line looks at it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum TakenCodes {
+pub enum TakenCodes {
     /// No code is taken.
     #[default]
     None,
@@ -16,6 +16,7 @@ pub(crate) enum TakenCodes {
 
 impl TakenCodes {
     /// Whether a feature has to be asked about a code.
+    #[must_use]
     pub const fn may_have(self, code: Code) -> bool {
         match self {
             Self::None => false,
@@ -26,6 +27,7 @@ impl TakenCodes {
 }
 
 /// Whether a code is one of G0 to G3.
-pub(crate) const fn is_move(code: Code) -> bool {
+#[must_use]
+pub const fn is_move(code: Code) -> bool {
     matches!(code.letter, Letter::G) && code.number <= 3 && code.subcode == 0
 }

@@ -3,6 +3,7 @@
 use base::failure::{Answer, Failure, Outcome};
 use base::needs::needs;
 use base::sessions::{LineBytes, Recipient};
+use base::taken_codes::TakenCodes;
 use base::{Ports, World};
 use gcode::{Block, Blocks, Code, Letter, WholeLine};
 use jobs::player::{Jobs, Name};
@@ -13,7 +14,6 @@ use super::answers::{bad_line, finish};
 use crate::machine::frames::{Frame, Frames, NextCode, Rest};
 use crate::machine::moments::{Features, Moments};
 use crate::machine::source::{Origin, Source};
-use crate::machine::taken_codes::TakenCodes;
 use crate::machine::{Machine, effects, ignored_codes, moves, operator_pauses};
 
 /// Part of a line that is to be run.

@@ -34,7 +34,6 @@ pub(crate) mod settings_file;
 pub(crate) mod source;
 pub(crate) mod supplies;
 pub(crate) mod suspend;
-pub(crate) mod taken_codes;
 pub(crate) mod work_hands;
 
 use base::axes::Axes;
@@ -46,6 +45,7 @@ use base::reason::Reason;
 use base::safety::travel::Travel;
 use base::safety::{Event, Safety};
 use base::sessions::{Recipient, SessionId, Sessions};
+use base::taken_codes::TakenCodes;
 use base::tuning::Tuning;
 use base::wait::Waited;
 use base::{Ports, World};
@@ -72,7 +72,6 @@ use crate::machine::hold::Hold;
 use crate::machine::moments::{Featured, Served};
 use crate::machine::move_dropping::Cut;
 use crate::machine::poll_state::Polls;
-use crate::machine::taken_codes::TakenCodes;
 
 /// The machine, as the owners of its parts.
 pub(crate) struct Machine<'c, P: Ports> {

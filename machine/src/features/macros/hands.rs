@@ -2,6 +2,7 @@
 
 use base::failure::Failure;
 use base::sessions::Recipient;
+use base::taken_codes::TakenCodes;
 use base::tuning::Tuning;
 use base::{Ports, World};
 use jobs::player::Jobs;
@@ -15,7 +16,6 @@ use crate::features::viewers::ViewedHands;
 use crate::machine::Machine;
 use crate::machine::moments::Served as _;
 use crate::machine::source::Source;
-use crate::machine::taken_codes::TakenCodes;
 use crate::machine::work_hands::JobHands;
 
 /// Parts of the machine that macros see, beside what viewers see.

@@ -4,11 +4,11 @@ use base::failure::{Answer, Failure, Outcome};
 use base::paths;
 use base::ports::Clock as _;
 use base::sessions::Recipient;
+use base::taken_codes::TakenCodes;
 use printer_cfg::{Loaded, Section, Use};
 use units::Micros;
 
 use super::hands::{MacroHands, Seen, refused};
-use crate::machine::taken_codes::TakenCodes;
 
 /// Reads the macros at boot, where there are some.
 pub(super) fn at_start<'c>(hands: &mut impl MacroHands<'c>) {
