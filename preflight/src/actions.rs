@@ -298,12 +298,18 @@ impl DryRun for Reading<'_, '_> {
     }
 
     fn calls(&mut self, number: u32, times: u32) -> Result<(), Said> {
+        if self.is_left_in_macros("subroutines") {
+            return Ok(());
+        }
         let called = self.preflight.program.call(number, times, self.after);
         self.next = called.map_err(|fault| self.say(Kind::Flow, short(format_args!("{fault}"))))?;
         Ok(())
     }
 
     fn returns(&mut self) -> Result<(), Said> {
+        if self.is_left_in_macros("subroutines") {
+            return Ok(());
+        }
         self.next = self.preflight.program.end_call().unwrap_or(Next::At(Place::default()));
         // M99 of the main program begins it anew, for ever.
         self.preflight.has_ended |= self.next == Next::At(Place::default());

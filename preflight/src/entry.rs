@@ -6,10 +6,10 @@ use jobs::player::is_comment;
 use motion::{GridShape, Motion};
 use program::{Dialect, Next, Place};
 
-use super::finding::{Finding, Kind};
+use super::finding::Kind;
 use super::lines::Reading;
 use super::setting_changes;
-use super::state::{Listener, MOST_LINES, Preflight};
+use super::state::{Listener, Preflight};
 use super::text::read;
 
 impl Preflight<'_> {
@@ -54,11 +54,6 @@ impl Preflight<'_> {
         setting_changes::level_by(self, motion, shape, heights, has_a_name)
     }
 
-    /// Returns a finding at this line of the file being read.
-    pub(super) fn finding(&self, line: u32, kind: Kind, what: ShortText) -> Finding {
-        Finding { sub: self.files.last().cloned(), line, kind, what }
-    }
-
     /// Reads the next line, which begins and ends at these places of its file. Returns the line that follows
     /// it.
     pub async fn line(
@@ -73,7 +68,7 @@ impl Preflight<'_> {
         self.begun = self.begun.saturating_add(u32::from(!is_comment(line)));
         self.program.at_line(self.line);
         self.turn().await;
-        let mut reading = Reading { preflight: self, motion, listener, after, next: Next::Following };
+        let mut reading = Reading::new(self, motion, listener, after);
         reading.line(line, here).await;
         let next = reading.next;
         if let Next::FirstOf(name) = &next {
@@ -89,19 +84,9 @@ impl Preflight<'_> {
         listener.found(&self.finding(here.line + 1, Kind::Damage, what));
     }
 
-    /// Whether more lines have been carried out than any file needs, and reports that.
-    pub fn is_endless(&self, listener: &mut dyn Listener) -> bool {
-        let is_endless = self.totals.lines > MOST_LINES;
-        if is_endless {
-            let text = format_args!("more than {MOST_LINES} lines are carried out: what follows is not looked at");
-            listener.found(&self.finding(self.line, Kind::Unforeseen, short(text)));
-        }
-        is_endless
-    }
-
     /// Ends the file: the last moves are made.
     pub async fn end(&mut self, motion: &mut Motion, listener: &mut dyn Listener) {
-        let mut reading = Reading { preflight: self, motion, listener, after: Place::default(), next: Next::Following };
+        let mut reading = Reading::new(self, motion, listener, Place::default());
         reading.standstill().await;
         reading.end_of_file();
     }

@@ -69,7 +69,9 @@ pub enum Kind {
     Damage,
     /// Subroutines and loops do not fit together.
     Flow,
-    /// A wait for something that only the job can know.
+    /// A macro that the machine would refuse.
+    Macro,
+    /// Something that only the job can know.
     Unforeseen,
 }
 
@@ -111,6 +113,7 @@ impl Kind {
             Self::Text => "correct the line",
             Self::Damage => "the file may be damaged: copy it anew",
             Self::Flow => "close what is open",
+            Self::Macro => "correct the macro",
             Self::Unforeseen => "watch the job there",
         }
     }
@@ -176,6 +179,7 @@ pub(super) struct Once {
     /// Number of findings said, of kinds that may come in thousands.
     pub out_of_travel: u32,
     pub passed_over: u32,
+    pub guesses: u32,
 }
 
 /// Greatest number said of findings that may come with every line.

@@ -1,17 +1,22 @@
 //! Interpretation of lines as by the executor: blocks in their order, commands by name, O words.
 
+use core::fmt::Write as _;
+
 use base::failure::{Failure, ShortText, short};
 use base::needs::{cannot_level, failure_of, makes_another_part, needs};
 use base::program_setup::PartNames;
-use gcode::{Block, Blocks, Line, Refusal, SyntaxError, WholeLine};
+use gcode::{Block, Blocks, Extended, Line, Refusal, SyntaxError, WholeLine};
 use jobs::player::line_numbers::decoder_expecting;
 use motion::Motion;
-use program::extended::ExtendedFault;
+use program::extended::CodeLine;
 use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Problem, Remark};
 
 use super::finding::{Kind, MOST_ALIKE, Severity};
+use super::kept_modes::Kept;
+use super::macro_calls::{Called, MacroCall};
 use super::power;
 use super::state::{Listener, Preflight};
+use super::turns::end_turn;
 
 /// A line being read.
 pub(super) struct Reading<'p, 'c> {
@@ -22,20 +27,40 @@ pub(super) struct Reading<'p, 'c> {
     pub after: Place,
     /// Line that is read next.
     pub next: Next,
+    /// A code of the line has called a macro.
+    pub has_called: bool,
 }
 
 /// Mark that the rest of a line is not looked at, as its fault has been said.
 pub(super) struct Said;
+
+impl<'p, 'c> Reading<'p, 'c> {
+    /// Begins a line behind which its file goes on at this place.
+    pub fn new(
+        preflight: &'p mut Preflight<'c>,
+        motion: &'p mut Motion,
+        listener: &'p mut dyn Listener,
+        after: Place,
+    ) -> Self {
+        Self { preflight, motion, listener, after, next: Next::Following, has_called: false }
+    }
+}
 
 impl Reading<'_, '_> {
     // --- saying ---
 
     /// Reports a fault of this line.
     pub fn say(&mut self, kind: Kind, what: ShortText) -> Said {
+        let kind = self.preflight.kind_here(kind);
         let preflight = &mut *self.preflight;
+        let what = match &preflight.within {
+            Some(within) => short(format_args!("{} line {}: {what}", within.name, within.row)),
+            None => what,
+        };
         let alike = match kind {
             Kind::OutOfTravel => Some(&mut preflight.once.out_of_travel),
             Kind::PassedOver => Some(&mut preflight.once.passed_over),
+            Kind::Unforeseen => Some(&mut preflight.once.guesses),
             _ => None,
         };
         let count = if kind.severity() == Severity::Stop {
@@ -77,13 +102,17 @@ impl Reading<'_, '_> {
     /// Reads a whole line.
     pub async fn line(&mut self, line: &[u8], here: Place) {
         let text = line.trim_ascii_start();
-        if text.first() == Some(&b'%') && core::mem::replace(&mut self.preflight.has_begun, true) {
+        if text.first() == Some(&b'%')
+            && self.preflight.within.is_none()
+            && core::mem::replace(&mut self.preflight.has_begun, true)
+        {
             // The second `%` ends the program (NIST RS-274/NGC, 3.3).
             self.preflight.has_ended = true;
             return;
         }
         let passes_over = self.preflight.program.flow().passes_over();
         match decoder_expecting(line).decode(line) {
+            Ok(Line::Flow(_)) if self.is_left_in_macros("O words") => {}
             Ok(Line::Flow(flow)) => match self.preflight.program.flow_line(&flow, here, self.after) {
                 Ok(next) => {
                     self.next = next;
@@ -97,11 +126,7 @@ impl Reading<'_, '_> {
             Ok(Line::Code(blocks)) => self.codes(blocks).await,
             Ok(Line::Extended(command)) => self.named(&command).await,
             Ok(Line::Blank) => {}
-            Ok(Line::Console(text)) => {
-                if let Err(what) = self.listener.commands(text) {
-                    self.say(Kind::Unknown, what);
-                }
-            }
+            Ok(Line::Console(text)) => self.console(text).await,
             Err(Refusal::Resend { .. }) => {
                 self.say(Kind::Damage, short(format_args!("checksum does not match")));
             }
@@ -118,18 +143,114 @@ impl Reading<'_, '_> {
         }
     }
 
-    async fn named(&mut self, command: &gcode::Extended<'_>) {
-        let mut codes = program::extended::CodeLine::new();
+    /// Reads a command of the console, or one by name in lower case.
+    async fn console(&mut self, text: &str) {
+        let command = Extended::new(text);
+        if program::commands::find(command.name()).is_none() {
+            if program::extended::find(command.name()).is_some() {
+                return self.named(&command).await;
+            }
+            if !matches!(self.calls(MacroCall::Named(command)).await, Ok(false)) {
+                return;
+            }
+        }
+        if let Err(what) = self.listener.commands(text) {
+            self.say(Kind::Unknown, what);
+        }
+    }
+
+    /// Reads a command by name.
+    async fn named(&mut self, command: &Extended<'_>) {
+        if !matches!(self.calls(MacroCall::Named(*command)).await, Ok(false)) {
+            return;
+        }
+        let mut codes = CodeLine::new();
+        if self.keeps_modes(command, &mut codes).await {
+            return;
+        }
         let names = PartNames { config: self.preflight.config, dialect: self.preflight.dialect };
         match program::extended::translate(command, &names, &mut codes) {
             Ok(program::extended::Asked::Codes) => self.codes(Blocks::new(codes.as_bytes())).await,
             Ok(_) => {}
-            // Macros are on the card, and what they do is known when they are called.
-            Err(ExtendedFault::Unknown) if !self.preflight.config.macros.file.is_empty() => {}
             Err(fault) => {
                 self.say(Kind::Unknown, short(format_args!("{} {fault}", command.name())));
             }
         }
+    }
+
+    /// Whether a line or a code calls a macro, whose lines come next.
+    async fn calls(&mut self, call: MacroCall<'_>) -> Result<bool, Said> {
+        if self.preflight.config.macros.file.is_empty() {
+            return Ok(false);
+        }
+        let called = loop {
+            match self.listener.called(call) {
+                Some(called) => break called,
+                None => end_turn().await,
+            }
+        };
+        match called {
+            Called::Nothing => return Ok(false),
+            Called::Macro { is_sure } => {
+                self.preflight.calls_macros = true;
+                // The macro may leave out what it will not leave out then.
+                self.preflight.guesses |= !is_sure;
+            }
+            Called::Refused(failure) => return Err(self.failed(Kind::Macro, failure)),
+            Called::Unknown(failure) => self.is_not_looked_into(&call.name(), failure),
+        }
+        self.has_called = true;
+        Ok(true)
+    }
+
+    /// Remarks that it is not known what a macro does. Most home and heat: what follows is not held against
+    /// that.
+    pub(super) fn is_not_looked_into(&mut self, what: &str, failure: Failure) {
+        let preflight = &mut *self.preflight;
+        preflight.homed = preflight.homed.or(preflight.can_home);
+        (preflight.guesses, preflight.may_be_hot) = (true, true);
+        let why = preflight.texts.copy_of(failure);
+        self.say(Kind::Unforeseen, short(format_args!("{what} could not be looked into: {why}")));
+    }
+
+    /// Whether a line of a macro stands there that is not looked at in macros, and remarks that.
+    pub fn is_left_in_macros(&mut self, what: &str) -> bool {
+        if self.preflight.within.is_some() {
+            self.say(Kind::Unforeseen, short(format_args!("{what} in macros are not looked at")));
+        }
+        self.preflight.within.is_some()
+    }
+
+    /// Keeps modes or comes back to them, by codes that are written into an empty line. False: the command is
+    /// another.
+    async fn keeps_modes(&mut self, command: &Extended<'_>, codes: &mut CodeLine) -> bool {
+        let name = command.get("NAME").filter(|name| !name.is_empty()).unwrap_or("default");
+        let now = self.preflight.modes_as(name);
+        if command.is("SAVE_GCODE_STATE") {
+            self.preflight.kept.keep(now);
+            return true;
+        }
+        if !command.is("RESTORE_GCODE_STATE") {
+            return false;
+        }
+        let kept = self.preflight.kept.find(now.name);
+        let Some(Kept { modes, at: [x, y, z], extruder, .. }) = kept else {
+            self.say(Kind::Unforeseen, short(format_args!("RESTORE_GCODE_STATE: no state is kept here as {name}")));
+            return true;
+        };
+        let number = |key: &str| command.get(key).and_then(|text| gcode::read_f64(text.trim()));
+        if number("MOVE").is_some_and(|moves| moves != 0.0) {
+            let rate = number("MOVE_SPEED").unwrap_or(self.preflight.program.modal().feed_rate.0) * 60.0;
+            let _ = write!(codes, "G21 G90 G53 G1 X{x} Y{y} Z{z} F{rate}");
+            self.codes(Blocks::new(codes.as_bytes())).await;
+            codes.clear();
+        }
+        if now.extruder != extruder {
+            let _ = write!(codes, "G92 E{extruder}");
+            self.codes(Blocks::new(codes.as_bytes())).await;
+        }
+        program::come_back_to_modes(self.preflight.program, &modes);
+        true
     }
 
     /// Reads the codes of a line; those behind a fault are left.
@@ -158,6 +279,10 @@ impl Reading<'_, '_> {
                 return Ok(());
             }
             self.block(&block).await?;
+            if self.has_called {
+                let has_more = blocks.read(&mut block, self.preflight.program).unwrap_or(true);
+                return self.macro_comes(has_more);
+            }
         }
     }
 
@@ -177,13 +302,25 @@ impl Reading<'_, '_> {
             Ok(parts) => parts,
             Err(fault) => return Some(Err(self.wrong(&fault))),
         };
-        for part in &parts {
+        for (place, part) in parts.iter().enumerate() {
             let block = whole.part(part.code, part.letters).clone();
             if let Err(said) = self.block(&block).await {
                 return Some(Err(said));
             }
+            if self.has_called {
+                return Some(self.macro_comes(place + 1 < parts.len()));
+            }
         }
         Some(Ok(()))
+    }
+
+    /// Leaves the rest of a line whose code has called a macro: that comes first.
+    fn macro_comes(&mut self, has_more: bool) -> Result<(), Said> {
+        if has_more {
+            self.preflight.guesses = true;
+            return Err(self.say(Kind::Unforeseen, short(format_args!("codes behind a macro's are not looked at"))));
+        }
+        Ok(())
     }
 
     fn remark(&mut self, comment: Option<&[u8]>) {
@@ -200,6 +337,11 @@ impl Reading<'_, '_> {
 
     async fn block(&mut self, block: &Block<'_>) -> Result<(), Said> {
         let dialect: Dialect = self.preflight.dialect;
+        if block.code.is_some_and(|code| self.preflight.taken.may_have(code))
+            && self.calls(MacroCall::Coded(block)).await?
+        {
+            return Ok(());
+        }
         let Some(row) = self.preflight.program.row(block, dialect) else { return self.not_done(None, block) };
         if let Some(part) = row.part
             && let Err(failure) = needs(self.preflight.texts, self.preflight.config, part, true)

@@ -115,7 +115,7 @@ impl Reading<'_, '_> {
         let Some(tool) = self.preflight.program.tools().active() else { return };
         let (axis, id) = (tool.settings.axis, tool.settings.id);
         let is_said = self.preflight.once.cold.get(axis as usize).copied().unwrap_or(true);
-        if is_said || request.target[axis] <= from[axis] {
+        if is_said || self.preflight.may_be_hot || request.target[axis] <= from[axis] {
             return;
         }
         let config = self.preflight.config;

@@ -1,10 +1,12 @@
 //! A file on its way through a preflight: the program's state, and the totals so far.
 
-use base::failure::{ShortText, Texts};
+use base::failure::{ShortText, Texts, short};
 use base::laser::LaserScale;
 use base::motion_config::motion_config;
 use base::program_setup;
 use base::safety::travel::Travel;
+use base::sessions::LineBytes;
+use base::taken_codes::TakenCodes;
 use base::tuning::Tuning;
 use config::MachineConfig;
 use gcode::Code;
@@ -15,8 +17,10 @@ use program::{Action, CodeInfo, Dialect, Effect, Facts, Interpreter, Remark, cop
 use units::{Axis, AxisSet, Celsius, MAX_HEATERS, MmPerSecond, PerAxis};
 
 use super::cost::Costs;
-use super::finding::{Finding, Once, SubName};
+use super::finding::{Finding, Kind, Once, SubName};
+use super::kept_modes::KeptModes;
 use super::limits::Limit;
+use super::macro_calls::{Called, MacroCall, MacroPlace};
 use super::turns::end_turn;
 
 /// Greatest number of lines that are read: loops may have no end.
@@ -75,6 +79,16 @@ pub trait Listener {
     /// With what is wrong with it.
     fn leaves_out(&mut self, _row: Option<&CodeInfo>, _code: Code) -> Result<bool, ShortText> {
         Ok(true)
+    }
+
+    /// Looks for the macro of a call, and renders it. None: not yet; ask again.
+    fn called(&mut self, _call: MacroCall<'_>) -> Option<Called> {
+        Some(Called::Nothing)
+    }
+
+    /// Writes the next line of the macros that were called, and its place. None: not yet; ask again.
+    fn macro_line(&mut self, _line: &mut LineBytes, _place: &mut MacroPlace) -> Option<Called> {
+        Some(Called::Nothing)
     }
 }
 
@@ -142,6 +156,8 @@ pub struct AsItIs<'m> {
     pub most_celsius: [Celsius; MAX_HEATERS],
     /// Dialect that the file states.
     pub dialect: Option<Dialect>,
+    /// Codes that macros have taken.
+    pub taken: TakenCodes,
     /// The file is to go on with the program, loops and subroutines included.
     pub goes_on: bool,
 }
@@ -179,6 +195,20 @@ pub struct Preflight<'c> {
     pub(super) called: SubName,
     /// Time of a standstill, seconds.
     pub(super) settling: f64,
+    /// Codes that macros have taken.
+    pub(super) taken: TakenCodes,
+    /// A macro was called whose lines come next.
+    pub(super) calls_macros: bool,
+    /// Line of a macro that is read.
+    pub(super) within: Option<MacroPlace>,
+    /// The line of a macro that is read has depended on the state of the machine.
+    pub(super) is_guess: bool,
+    /// What macros do has depended on the state of the machine, or is not known.
+    pub(super) guesses: bool,
+    /// A macro of which nothing is known may have set targets.
+    pub(super) may_be_hot: bool,
+    /// Modes that were kept by names.
+    pub(super) kept: KeptModes,
     /// Moves have been submitted since the last standstill.
     pub(super) moves: bool,
     pub(super) totals: Totals,
@@ -248,6 +278,13 @@ impl<'c> Preflight<'c> {
             files: heapless::Vec::new(),
             called: SubName::new(),
             settling: 0.0,
+            taken: TakenCodes::None,
+            calls_macros: false,
+            within: None,
+            is_guess: false,
+            guesses: false,
+            may_be_hot: false,
+            kept: KeptModes::new(),
             moves: false,
             totals: Totals::default(),
             once: Once::default(),
@@ -272,6 +309,11 @@ impl<'c> Preflight<'c> {
         self.reads_settings = true;
     }
 
+    /// Sets which codes macros have taken.
+    pub const fn takes(&mut self, taken: TakenCodes) {
+        self.taken = taken;
+    }
+
     /// Sets the time of each standstill, seconds.
     pub const fn settles_in(&mut self, seconds: f64) {
         self.settling = seconds;
@@ -283,6 +325,7 @@ impl<'c> Preflight<'c> {
         self.tuning.clone_from(machine.tuning);
         self.travel.clone_from(machine.travel);
         (self.homed, self.targets, self.most_celsius) = (machine.homed, machine.targets, machine.most_celsius);
+        self.taken = machine.taken;
         self.read_as(machine.dialect);
         if !machine.goes_on {
             // Loops and subroutines of another file are none of this file's.
@@ -300,6 +343,9 @@ impl<'c> Preflight<'c> {
         (self.asked_acceleration, self.without_flow_limit) = (None, None);
         (self.line, self.begun) = (0, 0);
         (self.moves, self.has_begun, self.has_ended) = (false, false, false);
+        (self.calls_macros, self.guesses, self.may_be_hot) = (false, false, false);
+        self.within = None;
+        self.kept.clear();
     }
 
     /// Sets the dialect, by the one that the file states.
@@ -333,6 +379,21 @@ impl<'c> Preflight<'c> {
             self.in_a_row = 0;
             end_turn().await;
         }
+    }
+
+    /// Whether more lines have been carried out than any file needs, and reports that.
+    pub fn is_endless(&self, listener: &mut dyn Listener) -> bool {
+        let is_endless = self.totals.lines > MOST_LINES;
+        if is_endless {
+            let text = format_args!("more than {MOST_LINES} lines are carried out: what follows is not looked at");
+            listener.found(&self.finding(self.line, Kind::Unforeseen, short(text)));
+        }
+        is_endless
+    }
+
+    /// Returns a finding at this line of the file being read.
+    pub(super) fn finding(&self, line: u32, kind: Kind, what: ShortText) -> Finding {
+        Finding { sub: self.files.last().cloned(), line, kind, what }
     }
 
     pub(super) fn facts(&self) -> Facts {

@@ -1,5 +1,6 @@
 //! Preflight of a file that is at hand as a whole.
 
+use base::sessions::LineBytes;
 use gcode::MAX_LINE_LENGTH;
 use jobs::player::{MOST_CALLERS, TOO_DEEP};
 use motion::Motion;
@@ -36,7 +37,7 @@ async fn read_on<'t>(
     motion: &mut Motion,
     listener: &mut dyn Listener,
 ) -> Result<(), &'static str> {
-    let (mut text, mut place) = (text, Place::default());
+    let (mut text, mut place, mut own) = (text, Place::default(), LineBytes::new());
     let mut callers = heapless::Vec::<(&[u8], Place), MOST_CALLERS>::new();
     while let Some(rest) = text.get(place.offset as usize..).filter(|rest| !rest.is_empty()) {
         if preflight.has_ended() || listener.has_heard_enough() || preflight.is_endless(listener) {
@@ -51,7 +52,9 @@ async fn read_on<'t>(
             continue;
         }
         let line = line.get(..line.len().min(MAX_LINE_LENGTH)).unwrap_or(line);
-        place = match preflight.line(line, (place, after), motion, listener).await {
+        let next = preflight.line(line, (place, after), motion, listener).await;
+        preflight.macro_lines(&mut own, motion, listener).await;
+        place = match next {
             Next::Following => after,
             Next::At(place) => place,
             Next::FirstOf(name) => match subs(&name) {

@@ -1,15 +1,17 @@
 //! Data shared by the executor and the work on a forecast.
 
 use core::cell::{Cell, RefCell};
+use core::fmt::Write as _;
 
 use base::paths::Path;
 use base::ports::FileHandle;
+use base::sessions::LineBytes;
 use heapless::Deque;
 use jobs::player::FileLines;
 use program::Place;
 
 use super::timeline::JobTimeline;
-use crate::{Finding, Kind, Severity, Totals};
+use crate::{Called, Finding, Kind, MacroCall, MacroPlace, Severity, Totals};
 
 /// Greatest number of findings that wait to be told.
 const FINDINGS: usize = 16;
@@ -53,6 +55,14 @@ pub enum Wanted {
     Call(Path),
     /// The file that called it.
     Caller,
+    /// The macro that a line calls; whether it is a code.
+    Macro(LineBytes, bool),
+    /// The next line of macros.
+    MacroLine,
+    /// What came of either: the work takes it.
+    Called(Called),
+    /// Such a line, its place, and whether it does not depend on the state of the machine.
+    Line(LineBytes, MacroPlace, bool),
 }
 
 /// Result of a request for input.
@@ -140,14 +150,30 @@ impl SharedForecast {
         self.stage.set(Stage::Failed(why));
     }
 
-    /// Takes the input that the work waits for, once.
-    pub fn take_wanted(&self) -> Option<Wanted> {
-        self.wanted.take()
+    /// Takes the input that the work waits for, once; of macros only with `of_macros`, else none of them.
+    pub fn take_wanted(&self, of_macros: bool) -> Option<Wanted> {
+        let mut wanted = self.wanted.borrow_mut();
+        let takes = match *wanted {
+            Some(Wanted::Macro(..) | Wanted::MacroLine) => of_macros,
+            Some(Wanted::Called(_) | Wanted::Line(..)) => false,
+            _ => !of_macros,
+        };
+        if takes { wanted.take() } else { None }
     }
 
     /// Whether the work waits for input.
     pub fn wants(&self) -> bool {
-        self.wanted.borrow().is_some()
+        !matches!(*self.wanted.borrow(), None | Some(Wanted::Called(_) | Wanted::Line(..)))
+    }
+
+    /// Stores what came of a wish about macros.
+    pub fn answer_macros(&self, answer: Wanted) {
+        self.wanted.replace(Some(answer));
+    }
+
+    /// Whether the work may have its turns.
+    pub const fn may_run(&self) -> bool {
+        self.may_run.get()
     }
 
     /// Stores the answer to a request for input.
@@ -209,6 +235,47 @@ impl SharedForecast {
     pub(super) fn has_its_turn(&self) -> bool {
         let waits = self.stage.get() == Stage::Ready || (self.stage.get() == Stage::Running && !self.wants());
         waits && self.may_run.get()
+    }
+
+    pub(super) fn called(&self, call: MacroCall<'_>) -> Option<Called> {
+        let mut wanted = self.wanted.borrow_mut();
+        match *wanted {
+            Some(Wanted::Called(called)) => {
+                *wanted = None;
+                Some(called)
+            }
+            None => {
+                let mut line = LineBytes::new();
+                // No line is longer; a code with its words is cut, as it is carried out.
+                let _ = write!(line, "{call}");
+                *wanted = Some(Wanted::Macro(line, call.is_code()));
+                None
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn macro_line(&self, line: &mut LineBytes, place: &mut MacroPlace) -> Option<Called> {
+        let mut wanted = self.wanted.borrow_mut();
+        match &*wanted {
+            Some(Wanted::Called(called)) => {
+                let called = *called;
+                *wanted = None;
+                Some(called)
+            }
+            Some(Wanted::Line(text, at, is_sure)) => {
+                line.clone_from(text);
+                place.clone_from(at);
+                let is_sure = *is_sure;
+                *wanted = None;
+                Some(Called::Macro { is_sure })
+            }
+            None => {
+                *wanted = Some(Wanted::MacroLine);
+                None
+            }
+            _ => None,
+        }
     }
 
     pub(super) fn has_room(&self) -> bool {
@@ -303,7 +370,7 @@ mod tests {
         forecast.stage.set(Stage::Running);
         forecast.wanted.replace(Some(Wanted::More));
         assert!(forecast.wants() && !forecast.has_its_turn());
-        assert_eq!(forecast.take_wanted(), Some(Wanted::More));
+        assert_eq!(forecast.take_wanted(false), Some(Wanted::More));
         assert!(forecast.has_its_turn());
         forecast.allow(false);
         assert!(!forecast.has_its_turn());

@@ -14,7 +14,7 @@ use motion::{Mode, Motion, Passage};
 use program::{Dialect, Next};
 
 use super::shared::{Answer, Purpose, SharedForecast, Stage, Wanted};
-use crate::{AsItIs, Finding, Listener, Preflight, end_turn};
+use crate::{AsItIs, Called, Finding, Listener, MacroCall, MacroPlace, Preflight, end_turn};
 
 /// Preflight, with the motion object that makes no steps.
 pub struct Desk<'a> {
@@ -131,6 +131,14 @@ impl Listener for Hearing<'_> {
             course.waited(seconds);
         });
     }
+
+    fn called(&mut self, call: MacroCall<'_>) -> Option<Called> {
+        self.0.called(call)
+    }
+
+    fn macro_line(&mut self, line: &mut LineBytes, place: &mut MacroPlace) -> Option<Called> {
+        self.0.macro_line(line, place)
+    }
 }
 
 /// Does the work on one forecast.
@@ -172,6 +180,7 @@ async fn read(
         match next {
             Some(player::Next::Line) => {
                 let next = preflight.line(&line, (here, after), motion, listener).await;
+                preflight.macro_lines(&mut line, motion, listener).await;
                 go_on(preflight, forecast, next).await?;
             }
             Some(player::Next::TooLong) => preflight.too_long(here, listener),

@@ -6,6 +6,7 @@ use core::pin::pin;
 use base::bench::Card;
 use base::ports::{FileHandle, OpenMode, Storage, Workspace};
 use base::safety::travel::Travel;
+use base::taken_codes::TakenCodes;
 use base::tuning::Tuning;
 use jobs::player::FileLines;
 use motion::Motion;
@@ -40,6 +41,9 @@ impl Files {
                 }
                 None => false,
             },
+            Wanted::Macro(..) | Wanted::MacroLine | Wanted::Called(_) | Wanted::Line(..) => {
+                panic!("no macros are configured")
+            }
             Wanted::Caller => self.callers.pop().is_some_and(|caller| {
                 forecast.lines(|lines| *lines = caller);
                 true
@@ -69,6 +73,7 @@ fn forecast_of<R>(card: Card, purpose: Purpose, look: impl FnOnce(&SharedForecas
         targets: [Celsius(0.0); MAX_HEATERS],
         most_celsius: [Celsius(290.0); MAX_HEATERS],
         dialect: None,
+        taken: TakenCodes::None,
         goes_on: false,
     };
     let mut files = Files { card, callers: Vec::new() };
@@ -81,7 +86,7 @@ fn forecast_of<R>(card: Card, purpose: Purpose, look: impl FnOnce(&SharedForecas
         turns += 1;
         assert!(turns < 100_000, "it does not end");
         assert_eq!(work.take_turn(), turns % 3 != 1 && forecast.stage() != Stage::Free);
-        if let Some(wanted) = forecast.take_wanted() {
+        if let Some(wanted) = forecast.take_wanted(false) {
             let answer = files.bring(&wanted, &forecast);
             forecast.answer(answer);
         }

@@ -1,6 +1,7 @@
 //! The machine that a file is read for: as it was switched on, as it has been set up, as it is.
 
 use base::safety::travel::Travel;
+use base::taken_codes::TakenCodes;
 use motion::GridShape;
 use program::{Dialect, Place};
 use units::{AxisSet, Celsius, MAX_HEATERS};
@@ -82,6 +83,7 @@ fn beginning(told: &str, goes_on: bool, text: &str) -> Found {
         targets,
         most_celsius,
         dialect: None,
+        taken: TakenCodes::None,
         goes_on,
     };
     let mut found = Found::default();

@@ -48,7 +48,7 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
         put(line, "M121")
     }),
     codes("RESUME", "", "go on with the suspended job, as M602", |_, _, line| put(line, "M602")),
-    // A look ahead knows one state at a time; the machine keeps them by their names.
+    // The machine and looks ahead keep states by their names, and never come here.
     codes(
         "SAVE_GCODE_STATE",
         "NAME",

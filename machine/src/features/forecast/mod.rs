@@ -4,6 +4,7 @@
 //! the bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes
 //! no more, or has all there is of the job.
 
+mod input;
 mod time_left;
 
 use core::fmt::Arguments;
@@ -11,19 +12,22 @@ use core::fmt::Arguments;
 use base::clock_time::Clock;
 use base::failure::{Failure, Outcome};
 use base::paths::Path;
-use base::ports::{FileHandle, OpenMode, Storage, StorageError};
+use base::ports::{OpenMode, StorageError};
 use base::safety::travel::Travel;
 use base::secrets::open_to_show;
 use base::sessions::{Listing, Recipient, Reply};
+use base::taken_codes::TakenCodes;
 use base::tuning::Tuning;
 use base::{Ports, World};
 use config::JobPreflight;
-use jobs::player::{FileLines, Jobs, Lookup, PausePlace, Step, TOO_DEEP, sub_path};
-use preflight::forecast::{Answer, ForecastFiles, Forecaster, Purpose, SharedForecast, Stage, Wanted};
+use jobs::player::{Jobs, Lookup, PausePlace};
+use preflight::forecast::{Answer, ForecastFiles, Forecaster, Purpose, SharedForecast, Stage};
 use preflight::{AsItIs, Kind, TOLD_LINES, Told};
+use printer_cfg::Looks;
 use program::{Dialect, Interpreter};
 use units::{AxisSet, Celsius, MAX_HEATERS, Micros};
 
+use self::input::{bring, look};
 use self::time_left::follow;
 pub(crate) use self::time_left::{say_bytes, say_progress, time_left};
 use crate::machine::moments::{JobBegins, JobStart, Moments};
@@ -49,6 +53,9 @@ pub(crate) struct Forecasting<'m, 'c, P> {
     tuning: &'m Tuning,
     travel: &'m Travel,
     homed: AxisSet,
+    taken: TakenCodes,
+    /// Macros that the look has entered.
+    looks: &'m mut Looks,
 }
 
 /// The machine for looks ahead at a file.
@@ -85,6 +92,8 @@ impl<'c, P: Ports> ForecastHands<'c> for Machine<'c, P> {
             tuning: &self.tuning,
             travel: &self.safety.travel,
             homed: self.axes.homed(),
+            taken: self.taken_codes,
+            looks: self.features.macros.memory.store.looks(),
         }
     }
 }
@@ -267,6 +276,7 @@ fn begin<P: Ports>(
 ) -> Result<(), Failure> {
     let Forecasting { files, forecaster, forecast, world: World { ports, texts, .. }, .. } = ahead;
     forecast.forget();
+    ahead.looks.clear();
     let can_look = ports.motion(|motion| forecaster.stand_as(motion));
     files.close(ports);
     let failed = |error: StorageError| texts.about_file(path, error.text());
@@ -285,7 +295,7 @@ fn begin<P: Ports>(
         most.iter_mut().zip(heat.heaters()).for_each(|(most, (_, heater))| *most = heater.settings.max);
         (targets, most)
     });
-    let Forecasting { program, tuning, travel, homed, forecaster, forecast, .. } = ahead;
+    let Forecasting { program, tuning, travel, homed, taken, forecaster, forecast, .. } = ahead;
     let state = AsItIs {
         program,
         tuning,
@@ -294,6 +304,7 @@ fn begin<P: Ports>(
         targets,
         most_celsius,
         dialect: forced,
+        taken: *taken,
         goes_on: purpose == Purpose::Job,
     };
     forecaster.begin(purpose, file, &state);
@@ -334,7 +345,7 @@ pub(crate) fn serve<P: Ports>(ahead: &mut Forecasting<'_, '_, P>) {
     }
     forecast.allow(may_run);
     let is_at_hand = may_run && ports.is_at_hand(forecast.lines(|lines| lines.file()));
-    if is_at_hand && let Some(wanted) = forecast.take_wanted() {
+    if is_at_hand && let Some(wanted) = forecast.take_wanted(false) {
         let answer = bring(&wanted, files, forecast, ports).unwrap_or_else(|error| match error {
             StorageError::NotFound => Answer::Failed(CHANGED),
             error => Answer::Failed(error.text()),
@@ -393,66 +404,6 @@ fn is_heard<P: Ports>(ahead: &Forecasting<'_, '_, P>, purpose: Purpose) -> bool 
             .filter_map(|id| ahead.world.sessions.get(id))
             .any(|session| matches!(session.listing, Some(Listing::Check { .. }))),
     }
-}
-
-/// Looks up the dialect that the file is written in; `None`: not yet known.
-fn look(
-    lookup: &mut Lookup,
-    file: Option<FileHandle>,
-    forecast: &SharedForecast,
-    forecaster: &mut dyn Forecaster,
-    storage: &mut impl Storage,
-) -> Option<()> {
-    let known = match lookup.step(file?, storage) {
-        Ok(Step::Reading | Step::Waiting) => return None,
-        Ok(Step::Known(dialect)) => dialect,
-        Err(error) => {
-            forecast.fail(error.text());
-            return Some(());
-        }
-    };
-    forecaster.read_as(known);
-    if let Err(error) = forecast.lines(|lines| lines.restart(storage)) {
-        forecast.fail(error.text());
-    }
-    Some(())
-}
-
-fn bring(
-    wanted: &Wanted,
-    files: &mut ForecastFiles,
-    forecast: &SharedForecast,
-    storage: &mut impl Storage,
-) -> Result<Answer, StorageError> {
-    let is_there = match wanted {
-        Wanted::More => forecast.lines(|lines| lines.fill(storage))?,
-        Wanted::At(place) => forecast.lines(|lines| lines.go_to(*place, storage)).map(|()| true)?,
-        Wanted::Call(name) => {
-            let folder = files.path.rfind('/').and_then(|end| files.path.get(..end)).unwrap_or_default();
-            if files.callers.is_full() {
-                return Ok(Answer::Failed(TOO_DEEP));
-            }
-            match storage.open(&sub_path(folder, name), OpenMode::Beside) {
-                Ok(file) => {
-                    let caller = forecast.lines(|lines| core::mem::replace(lines, FileLines::new(file)));
-                    // Room for the caller has been checked.
-                    let _ = files.callers.push(caller);
-                    true
-                }
-                Err(_) => false,
-            }
-        }
-        Wanted::Caller => match files.callers.pop() {
-            Some(caller) => {
-                let done = forecast.lines(|lines| core::mem::replace(lines, caller));
-                // The file was only read.
-                let _ = storage.close(done.file());
-                true
-            }
-            None => false,
-        },
-    };
-    Ok(if is_there { Answer::Here } else { Answer::None })
 }
 
 // --- what comes of it ---

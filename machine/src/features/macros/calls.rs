@@ -14,7 +14,7 @@ use program::Dialect;
 
 use super::hands::{MacroHands, Seen, refused};
 use super::homing;
-use super::look::{Look, Parameters};
+use super::look::{Acts, Look, Parameters};
 use crate::features::state::Step;
 use crate::features::viewers;
 use crate::machine::Machine;
@@ -103,10 +103,16 @@ pub(super) fn call<'c>(
     let memory = &mut hands.macros().memory;
     let (code, lines) = (take(&mut memory.code), take(&mut memory.lines));
     let from = memory.store.lines_end();
-    let length = render(hands, (section, key), parameters, code, lines.get_mut(from..).unwrap_or(&mut []));
+    let room = lines.get_mut(from..).unwrap_or(&mut []);
+    let rendered = render(hands, (section, key), parameters, (code, room), Acts::AtOnce);
     let memory = &mut hands.macros().memory;
     (memory.code, memory.lines) = (code, lines);
-    start(hands, (section, length?, to, false), shares)
+    if rendered.is_err() {
+        // Nobody knows how far it has come.
+        memory.store.looks().lose();
+    }
+    let (length, _) = rendered.map_err(|(failure, _)| failure)?;
+    start(hands, (section, length, to, false), shares)
 }
 
 /// Has what a macro has replaced carried out with these words.
@@ -182,35 +188,44 @@ fn start<'c>(
     Ok(Answer::Ok)
 }
 
-/// Renders a macro; returns how many bytes its lines have.
-fn render<'c>(
+/// Length of the lines of a rendered macro, bytes, and whether they depend on no state of the machine.
+pub(super) type Rendered = (usize, bool);
+
+/// Reason why a macro was not rendered, and whether that is so in any state of the machine.
+pub(super) type NotRendered = (Failure, bool);
+
+/// Renders a macro.
+///
+/// # Errors
+/// When the template is wrong, or the macro cannot be rendered as the machine is now.
+pub(super) fn render<'c>(
     hands: &mut impl MacroHands<'c>,
     (section, key): (Section, &str),
     parameters: &Parameters<'_>,
-    code: &mut [u8],
-    lines: &mut [u8],
-) -> Result<usize, Failure> {
+    (code, lines): (&mut [u8], &mut [u8]),
+    acts: Acts,
+) -> Result<Rendered, NotRendered> {
     let Seen { macros, world, .. } = hands.seen();
     let compiled = macros.memory.store.read((section, key), &mut world.ports, |text| ::macros::compile(text, code));
     let program = match compiled {
         Ok(Some(Ok(program))) => program,
-        Ok(Some(Err(error))) => return Err(placed(hands, section, key, &error)),
+        Ok(Some(Err(error))) => return Err((placed(hands, section, key, &error), true)),
         Ok(None) => {
-            let name = name_of(hands, section)?;
-            return Err(hands.world().texts.refused(format_args!("[{name}] has no option {key}")));
+            let name = name_of(hands, section).map_err(|failure| (failure, false))?;
+            return Err((hands.world().texts.refused(format_args!("[{name}] has no option {key}")), true));
         }
-        Err(trouble) => return Err(refused(hands, &trouble)),
+        Err(trouble) => return Err((refused(hands, &trouble), false)),
     };
     let now = base::ports::Clock::now(&hands.world().ports);
     let snapshot = viewers::snapshot(hands, now);
-    let mut look = Look::new(hands, section, parameters, &snapshot);
+    let mut look = Look::new(hands, section, parameters, &snapshot, acts);
     let rendered = program.render(code, lines, &mut look);
-    let trouble = look.take_trouble();
+    let (trouble, is_sure) = (look.take_trouble(), !look.depends_on_state);
     match rendered {
-        _ if hands.is_halted() => Err(Failure::HALTED),
-        _ if let Some(failure) = trouble => Err(failure),
-        Ok(length) => Ok(length),
-        Err(error) => Err(placed(hands, section, key, &error)),
+        _ if hands.is_halted() => Err((Failure::HALTED, false)),
+        _ if let Some(failure) = trouble => Err((failure, false)),
+        Ok(length) => Ok((length, is_sure)),
+        Err(error) => Err((placed(hands, section, key, &error), false)),
     }
 }
 
@@ -226,7 +241,7 @@ fn placed<'c>(hands: &mut impl MacroHands<'c>, section: Section, key: &str, erro
 }
 
 /// Returns a macro's name.
-fn name_of<'c>(hands: &mut impl MacroHands<'c>, section: Section) -> Result<printer_cfg::Name, Failure> {
+pub(super) fn name_of<'c>(hands: &mut impl MacroHands<'c>, section: Section) -> Result<printer_cfg::Name, Failure> {
     let Seen { macros, world, .. } = hands.seen();
     let name: Result<_, Trouble> = macros.memory.store.name(section, &mut world.ports);
     name.map_err(|trouble| refused(hands, &trouble))

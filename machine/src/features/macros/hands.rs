@@ -7,6 +7,7 @@ use base::tuning::Tuning;
 use base::{Ports, World};
 use jobs::player::Jobs;
 use parts::filament::Filament;
+use preflight::forecast::SharedForecast;
 use printer_cfg::Section;
 use program::{Interpreter, State};
 
@@ -39,6 +40,9 @@ pub(crate) trait MacroHands<'c>: ViewedHands<'c> + JobHands<'c> {
     /// Returns what macros see.
     fn seen(&mut self) -> Seen<'_, 'c, Self::Ports>;
 
+    /// Returns the look ahead at a file.
+    fn look_ahead(&self) -> &'c SharedForecast;
+
     /// Whether G-code is due.
     fn is_due(&self) -> bool;
 
@@ -66,6 +70,10 @@ impl<'c, P: Ports> MacroHands<'c> for Machine<'c, P> {
     fn seen(&mut self) -> Seen<'_, 'c, P> {
         let Self { features: States { macros, filament, .. }, world, program, tuning, jobs, .. } = self;
         Seen { macros, world, program, tuning, filament, jobs }
+    }
+
+    fn look_ahead(&self) -> &'c SharedForecast {
+        self.forecast
     }
 
     fn is_due(&self) -> bool {

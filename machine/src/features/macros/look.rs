@@ -53,6 +53,15 @@ impl Parameters<'_> {
     }
 }
 
+/// Whether a macro may do something while it is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Acts {
+    /// What it asks for is done at once.
+    AtOnce,
+    /// Nothing is done: a file is looked at.
+    Never,
+}
+
 /// The machine as a macro sees it.
 pub(super) struct Look<'l, 'c, H> {
     pub hands: &'l mut H,
@@ -61,13 +70,22 @@ pub(super) struct Look<'l, 'c, H> {
     pub snapshot: &'l Snapshot,
     /// Reason for which the macro cannot go on, beside its own errors.
     trouble: Option<Failure>,
+    acts: Acts,
+    /// The macro has asked for something that may be otherwise later.
+    pub depends_on_state: bool,
     of: PhantomData<&'c ()>,
 }
 
 impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
     /// Looks at the machine for a macro of a section.
-    pub fn new(hands: &'l mut H, section: Section, parameters: &'l Parameters<'l>, snapshot: &'l Snapshot) -> Self {
-        Self { hands, section, parameters, snapshot, trouble: None, of: PhantomData }
+    pub fn new(
+        hands: &'l mut H,
+        section: Section,
+        parameters: &'l Parameters<'l>,
+        snapshot: &'l Snapshot,
+        acts: Acts,
+    ) -> Self {
+        Self { hands, section, parameters, snapshot, trouble: None, acts, depends_on_state: false, of: PhantomData }
     }
 
     /// Takes the reason why the macro cannot go on.
@@ -122,6 +140,7 @@ impl<'l, 'c, H: MacroHands<'c>> Look<'l, 'c, H> {
         if !self.hands.macros().memory.store.has(section, Use::Variables) {
             return None;
         }
+        self.depends_on_state |= self.hands.macros().memory.store.looks().changes_variables;
         // A name with upper case cannot be: the configuration's options have none.
         let mut key = heapless::String::<96>::new();
         write!(key, "variable_{name}").ok()?;
@@ -277,10 +296,14 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
             Thing::Options(section, is_read) => self.option(section, name, is_read),
             Thing::Saved => (name == "variables").then_some(Thing::SavedVariables.given()),
             Thing::SavedVariables => {
+                self.depends_on_state |= self.hands.macros().memory.store.looks().changes_variables;
                 saved::read(self.hands, name)?;
                 self.read_text(Given::Literal)
             }
-            Thing::Status(kind, instance) => status::value(self, kind, instance, name),
+            Thing::Status(kind, instance) => {
+                self.depends_on_state |= !matches!(name, "axis_minimum" | "axis_maximum");
+                status::value(self, kind, instance, name)
+            }
             Thing::PrintObject(place) => status::print_object(self, place, name),
             // What a mesh is made of is not kept for macros, only that it is there.
             Thing::Profiles => {
@@ -309,6 +332,10 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
 
     fn act(&mut self, action: Action, text: &str) {
         match action {
+            Action::EmergencyStop if self.acts == Acts::Never => {
+                self.trouble = Some(self.hands.world().texts.refused(format_args!("it stops the machine: {text}")));
+            }
+            Action::Respond | Action::CallRemoteMethod if self.acts == Acts::Never => {}
             Action::Respond => self.hands.announce(format_args!("// {text}\n")),
             Action::RaiseError => self.trouble = Some(self.hands.world().texts.because(text)),
             Action::EmergencyStop => self.hands.halt(Alarm::Abort, format_args!("ALARM: {text}\n")),
@@ -319,6 +346,7 @@ impl<'c, H: MacroHands<'c>> Environment for Look<'_, 'c, H> {
     }
 
     fn random(&mut self, limit: usize) -> usize {
+        self.depends_on_state = true;
         let now = base::ports::Clock::now(&self.hands.world().ports).0 as u32;
         let macros = self.hands.macros();
         // Numerical Recipes' generator, stirred by the time; the upper bits are the better ones.

@@ -10,6 +10,7 @@ mod hands;
 mod homing;
 mod kept_modes;
 mod look;
+mod looks;
 mod objects;
 pub(crate) mod reload;
 mod saved;
@@ -40,6 +41,11 @@ impl<'c, M: MacroHands<'c>> Moments<M> for Feature {
         if hands.macros().memory.store.sections() > 0 {
             commands::follow_time(hands, now);
         }
+    }
+
+    // Not while a sequence waits, deep on the stack: a macro is rendered.
+    fn idle(hands: &mut M) -> bool {
+        looks::serve(hands)
     }
 
     fn line(hands: &M) -> Option<&str> {

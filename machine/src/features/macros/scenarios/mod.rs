@@ -2,6 +2,7 @@
 
 mod force_move;
 mod homing;
+mod looks;
 mod templates;
 mod variables;
 mod z_offset;
