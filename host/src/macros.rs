@@ -1,18 +1,18 @@
 //! `velvet macro`: Klipper's macros checked and rendered away from the machine, by the code of the board.
 
-mod check;
-mod files;
-mod render;
-mod state;
+pub mod check;
+pub mod files;
+pub mod render;
+pub mod state;
 
 use std::path::PathBuf;
 
 use anyhow::Result;
 
 /// Memory for a macro's code, values and stack on the board, bytes.
-const MEMORY: usize = 28 * 1024;
-/// Memory for the lines that a macro makes on the board, bytes.
-const OUTPUT: usize = 12 * 1024;
+pub const MEMORY: usize = 28 * 1024;
+/// Memory for the lines that macros make on the board, bytes.
+pub const OUTPUT: usize = printer_cfg::LINES_BYTES;
 
 /// What `velvet macro` does.
 #[derive(Clone, Debug, clap::Subcommand)]

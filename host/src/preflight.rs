@@ -1,5 +1,6 @@
 //! `velvet preflight`: a job's demands on a machine, checked before anything moves.
 
+mod macros;
 mod page;
 
 use std::cell::OnceCell;
@@ -7,10 +8,15 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use anyhow::{Context, Result, anyhow, bail};
+use base::sessions::LineBytes;
 use config::{BoardId, MachineConfig};
+use macros::Macros;
 use motion::{Motion, Passage};
 use page::Way;
-use preflight::{Finding, Limit, Listener, Preflight, Severity, TOLD_LINES, Told, Totals, dialect_of, read};
+use preflight::{
+    Called, Finding, Limit, Listener, MacroCall, MacroPlace, Preflight, Severity, TOLD_LINES, Told, Totals, dialect_of,
+    read,
+};
 
 use crate::bed;
 
@@ -37,13 +43,15 @@ pub struct Options {
 
 /// Collector of the findings.
 #[derive(Default)]
-struct Found {
+struct Found<'t> {
     findings: Vec<Finding>,
+    /// Macros of the machine, if it has any.
+    macros: Option<Macros<'t>>,
     /// Path of the job's moves, if a page is to be drawn.
     way: Option<Way>,
 }
 
-impl Listener for Found {
+impl Listener for Found<'_> {
     fn found(&mut self, finding: &Finding) {
         self.findings.push(finding.clone());
     }
@@ -59,6 +67,14 @@ impl Listener for Found {
             way.labelled(line, text);
         }
     }
+
+    fn called(&mut self, call: MacroCall<'_>) -> Option<Called> {
+        Some(self.macros.as_mut().map_or(Called::Nothing, |macros| macros.called(call)))
+    }
+
+    fn macro_line(&mut self, line: &mut LineBytes, place: &mut MacroPlace) -> Option<Called> {
+        Some(self.macros.as_mut().map_or(Called::Nothing, |macros| macros.line(line, place)))
+    }
 }
 
 /// Prints the findings; returns whether nothing stops the job.
@@ -69,12 +85,17 @@ pub fn preflight(options: &Options) -> Result<bool> {
     }
     let text = bytes(&options.file)?;
     let subs = Subs::beside(&options.file)?;
+    let texts = base::failure::Texts::new();
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
     found.way = options.page.is_some().then(Way::default);
-    let texts = base::failure::Texts::new();
     let mut preflight = Preflight::new(&texts, &config, dialect_of(&text), &mut program, &mut motion)
         .map_err(|arms| anyhow!("the geometry of {arms:?} fits no machine"))?;
     as_saved(options, &mut preflight, &mut motion)?;
+    if !config.macros.file.is_empty() {
+        let macros = Macros::read(&texts, &config, options.config.parent().unwrap_or(Path::new("")))?;
+        preflight.takes(macros.taken());
+        found.macros = Some(macros);
+    }
     read(&mut preflight, &text, &|name| subs.text(name), &mut motion, &mut found).map_err(|why| anyhow!("{why}"))?;
     subs.check()?;
     let totals = preflight.totals();

@@ -104,3 +104,46 @@ fn an_error_of_a_macro_names_its_line() {
     assert_eq!(unknown.status.code(), Some(2));
     assert!(said(&unknown).contains("there are: PARK"), "{}", said(&unknown));
 }
+
+/// Returns the configuration of the sample printer with these macros, and a job, in a folder.
+fn machine(name: &str, macros: &str, job: &str) -> [std::path::PathBuf; 2] {
+    let folder = folder(name);
+    let config = fs::read_to_string("../config/samples/cartesian.ini").expect("the sample");
+    let files = [("config.ini", config + "\n[macros]\nfile = printer.cfg\n"), ("printer.cfg", macros.to_owned())];
+    files.into_iter().for_each(|(name, text)| fs::write(folder.join(name), text).expect("written"));
+    fs::write(folder.join("job.g"), job).expect("written");
+    [folder.join("config.ini"), folder.join("job.g")]
+}
+
+#[test]
+fn a_job_is_looked_through_with_its_macros() {
+    let macros = "[stepper_x]\nposition_max: 300\n[gcode_macro PRINT_START]\nvariable_z: 5\ngcode:\n  \
+                  {% if printer.toolhead.homed_axes == '' %}\n    G28\n  {% endif %}\n  M104 S{params.T}\n  G90\n  \
+                  G1 Z{z} F600\n  ASIDE BY=10\n[gcode_macro ASIDE]\ngcode:\n  SAVE_GCODE_STATE NAME=a\n  G91\n  \
+                  G1 X{params.BY} F6000\n  RESTORE_GCODE_STATE NAME=a\n[gcode_macro FAR]\ngcode: G1 \
+                  X{printer.configfile.settings.stepper_x.position_max}\n[gcode_macro M109]\nrename_existing: M109.1\n\
+                  gcode: M109.1 S{params.S}\n[gcode_macro LATER]\ngcode: {action_raise_error('not now')}\n\
+                  [gcode_macro LOOPS]\ngcode: LOOPS\n[gcode_macro WRONG]\ngcode: {% if %}\n";
+    let good = "PRINT_START T=200\nM109 S200\nM109.1 S200\nG1 X20 E1\nLATER\n";
+    let [config, job] = machine("looked_through", macros, good);
+    let out = velvet(&["preflight", text(&config), text(&job)]);
+    assert!(out.status.success(), "{}", said(&out));
+    assert!(said(&out).contains("line 5: warning: LATER could not be looked into: not now"), "{}", said(&out));
+    assert!(said(&out).contains("2 waits: hotend 2x, up to 200 C"), "{}", said(&out));
+    let [config, job] = machine("looked_through", macros, "G28\nASIDE BY=999\nFAR\nLOOPS\nWRONG\nPARK\n");
+    let out = velvet(&["preflight", text(&config), text(&job)]);
+    assert_eq!(out.status.code(), Some(1), "{}", said(&out));
+    let begins = [
+        "line 2: stops: ASIDE line 4: machine X 999.000 is out of travel",
+        "line 3: stops: FAR line 1: machine X 300.000 is out of travel",
+        "line 4: stops: LOOPS line 1: LOOPS: a macro that is under way is called recursively",
+        "line 5: stops: printer.cfg:",
+        "line 6: stops: PARK is not known here",
+    ];
+    let told = said(&out);
+    told.lines().zip(begins).for_each(|(line, begin)| assert!(line.starts_with(begin), "{line}: {told}"));
+    assert!(told.contains(" [gcode_macro WRONG] gcode: "), "{told}");
+    fs::remove_file(config.with_file_name("printer.cfg")).expect("removed");
+    let out = velvet(&["preflight", text(&config), text(&job)]);
+    assert!(out.status.code() == Some(2) && said(&out).contains("cannot read"), "{}", said(&out));
+}

@@ -30,6 +30,6 @@ pub use looks::{LookedAt, Looks};
 pub use option::{Name, Options, Value};
 pub use saved_variables::{NotSaved, name_at as saved_name, read as read_saved, save};
 pub use scan::{Loaded, Trouble};
-pub use settings::{Setting, default_of, read as read_setting, stand_in};
+pub use settings::{Setting, default_of, defaults_of, read as read_setting, stand_in};
 pub use store::{CODE_BYTES, LINES_BYTES, Memory, SCRATCH, Scratch, Store};
 pub use variables::{ROOM as VARIABLES_BYTES, Variables};

@@ -88,6 +88,11 @@ const DEFAULTS: [(&str, &str, &str); 43] = [
 /// Returns the value that counts where an option is not written.
 #[must_use]
 pub fn default_of(section: &str, key: &str) -> Option<&'static str> {
+    defaults_of(section).find(|(option, _)| *option == key).map(|(_, value)| value)
+}
+
+/// Returns options of a section that count where they are not written, and their values.
+pub fn defaults_of(section: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
     let kind = match section.split(' ').next().unwrap_or(section) {
         kind if kind.starts_with("stepper_") => "stepper",
         kind if kind.starts_with("extruder") => "extruder",
@@ -97,7 +102,7 @@ pub fn default_of(section: &str, key: &str) -> Option<&'static str> {
         "filament_motion_sensor" => "filament_switch_sensor",
         kind => kind,
     };
-    DEFAULTS.into_iter().find(|(of, option, _)| *of == kind && *option == key).map(|(_, _, value)| value)
+    DEFAULTS.into_iter().filter(move |(of, _, _)| *of == kind).map(|(_, option, value)| (option, value))
 }
 
 /// Returns the option of the same section that stands in where this one is not written.

@@ -160,6 +160,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "sim",
             "base",
             "jobs",
+            "printer-cfg",
             "procedures",
             "preflight",
             "update",

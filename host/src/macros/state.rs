@@ -1,5 +1,7 @@
 //! The printer's state as a macro sees it, of JSON and of the variables in Klipper's files.
 
+use std::ops::Range;
+
 use ::macros::{Action, Environment, Given, Kind, Object};
 use serde_json::Value;
 
@@ -26,6 +28,12 @@ pub struct State {
     pub variables: Vec<(String, u32)>,
     /// Actions that were asked for, and their texts.
     pub said: Vec<(Action, String)>,
+    /// Numbers of objects whose members are otherwise at other times.
+    pub changing: Range<u32>,
+    /// Variables are otherwise at other times.
+    pub variables_change: bool,
+    /// Something was asked for that may be otherwise later.
+    pub depends_on_state: bool,
 }
 
 impl State {
@@ -68,8 +76,9 @@ impl State {
 
 impl Environment for State {
     fn variable(&mut self, name: &str) -> Option<Given<'_>> {
-        let (_, id) = self.variables.iter().find(|(known, _)| known == name)?;
-        Some(self.give(*id))
+        let id = self.variables.iter().find(|(known, _)| known == name)?.1;
+        self.depends_on_state |= self.variables_change && matches!(self.node(id), Node::Literal(_));
+        Some(self.give(id))
     }
 
     fn member(&mut self, object: Object, name: &str) -> Option<Given<'_>> {
@@ -78,6 +87,9 @@ impl Environment for State {
             Node::List(list) => *list.get(AXES.iter().position(|axis| *axis == name)?)?,
             Node::Scalar(_) | Node::Literal(_) => return None,
         };
+        let is_limit = matches!(name, "axis_minimum" | "axis_maximum");
+        let is_variable = self.variables_change && matches!(self.node(id), Node::Literal(_));
+        self.depends_on_state |= is_variable || self.changing.contains(&object.id) && !is_limit;
         Some(self.give(id))
     }
 
@@ -102,6 +114,7 @@ impl Environment for State {
     }
 
     fn random(&mut self, limit: usize) -> usize {
+        self.depends_on_state = true;
         let number = getrandom::u32().unwrap_or(0);
         (number as usize).checked_rem(limit).unwrap_or(0)
     }
