@@ -70,6 +70,8 @@ pub struct Snapshot {
     pub coolant: Option<[bool; 2]>,
     /// The mesh that levels the machine, while one does.
     pub mesh: Option<MeshShown>,
+    /// Number of the list of macros, which viewers are given apart: it changes when they are read anew.
+    pub macros: u32,
 }
 
 /// Mesh of the bed, but for its heights, which viewers are given apart: they are many, and seldom change.

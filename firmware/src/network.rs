@@ -251,9 +251,14 @@ impl BoardNetwork {
 
     /// Tells the page's visitors what the machine says. Returns how many bytes were taken.
     pub fn tell_page(&mut self, bytes: &[u8]) -> usize {
-        let Some(joined) = self.joined.as_mut() else { return bytes.len() };
+        self.told_page().map_or(bytes.len(), |page| page.hear(bytes))
+    }
+
+    /// Returns the page, where the network is used, which has something new to tell: soon.
+    pub fn told_page(&mut self) -> Option<&mut Page> {
+        let joined = self.joined.as_mut()?;
         joined.due = Micros(0);
-        joined.page.hear(bytes)
+        Some(joined.page)
     }
 
     /// Returns the page's site, where the network is used.
@@ -269,14 +274,6 @@ impl BoardNetwork {
     /// Returns whether the page has yet to be given the heights of the mesh of this number.
     pub fn wants_heights(&self, number: u32) -> bool {
         self.joined.as_ref().is_some_and(|joined| joined.page.wants_heights(number))
-    }
-
-    /// Shows the machine as it is now.
-    pub fn show(&mut self, snapshot: &Snapshot) {
-        if let Some(joined) = self.joined.as_mut() {
-            joined.page.show(snapshot);
-            joined.due = Micros(0);
-        }
     }
 
     /// Returns the state of the network; none before it is used.

@@ -176,6 +176,11 @@ impl Index {
         self.find(hash).find(|other| other.0 < section.0)
     }
 
+    /// Whether no later section has the same name.
+    pub fn is_last(&self, section: Section) -> bool {
+        self.entry(section).is_some_and(|entry| self.find(entry.hash).next() == Some(section))
+    }
+
     /// Returns the number of a section's file, and its offset there.
     pub fn place(&self, section: Section) -> (u8, u32) {
         let place = self.entry(section).map_or(0, |entry| entry.place);

@@ -187,6 +187,15 @@ impl Store {
         self.index.before(section).is_some()
     }
 
+    /// Returns the macro of a number, counted from 0 in the order of the configuration. Of sections with the
+    /// same name the last one is counted.
+    #[must_use]
+    pub fn macro_at(&self, number: u16) -> Option<Section> {
+        let all = (0..self.index.len()).map(|place| Section(place as u16));
+        let mut macros = all.filter(|section| self.index.has(*section, Use::Macro) && self.index.is_last(*section));
+        macros.nth(usize::from(number))
+    }
+
     /// Opens a section; its name is the key until the first option is read.
     ///
     /// # Errors

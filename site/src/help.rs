@@ -1,10 +1,12 @@
-//! Codes and commands with their help, which the page completes lines with.
+//! Codes, commands and macros with their help, which the page completes lines with.
 
 use core::fmt::Write as _;
 
 use heapless::String;
 use http::json::Writer;
 use program::{codes, commands};
+
+use crate::macros::{Macro, Macros};
 
 /// Rows of a part: each is a name and a line of 90 letters at the most.
 const ROWS: usize = 7;
@@ -20,15 +22,26 @@ fn rows() -> impl Iterator<Item = (String<16>, &'static str)> {
     codes.chain(commands::COMMANDS.iter().map(|row| (String::try_from(row.word).unwrap_or_default(), row.help)))
 }
 
-/// Writes the rows of a part. False if there are none.
-pub fn write(part: u32, json: &mut Writer<'_, '_>) -> bool {
-    let mut is_there = false;
+/// Writes the rows of a part: codes and commands, then a macro in each. No answer until the machine has told
+/// of the macro; false behind the last one.
+pub fn write(part: u32, macros: &Macros, json: &mut Writer<'_, '_>) -> Option<bool> {
+    let parts = rows().count().div_ceil(ROWS) as u32;
+    if let Some(number) = part.checked_sub(parts) {
+        let Some(Macro { name, about }) = macros.at(number as u16)? else { return Some(false) };
+        let mut name = name.clone();
+        name.make_ascii_uppercase();
+        // A code that a macro has taken keeps its own words.
+        if rows().all(|(code, _)| code != name.as_str()) {
+            json.key(&name);
+            json.text(if about.is_empty() { "macro" } else { about });
+        }
+        return Some(true);
+    }
     for (name, help) in rows().skip((part as usize).saturating_mul(ROWS)).take(ROWS) {
-        is_there = true;
         json.key(&name);
         json.text(help);
     }
-    is_there
+    Some(true)
 }
 
 #[cfg(test)]
@@ -40,11 +53,13 @@ mod tests {
 
     #[test]
     fn every_part_has_room_and_every_row_is_told() {
-        let (mut text, mut told) = ([0; 960], 0);
+        let (mut text, mut told, mut macros) = ([0; 960], 0, Macros::new());
+        macros.tell(0, Some(("a\"".repeat(48).as_str(), "\"".repeat(96).as_str())));
+        macros.tell(1, None);
         for part in 0.. {
             let mut is_there = false;
             let made = Parts::new().make(&mut text, |_, json| {
-                is_there = write(part, json);
+                is_there = write(part, &macros, json).expect("a macro that is told");
                 Next::End
             });
             assert!(matches!(made, Made::Last(_)), "part {part}: {made:?}");

@@ -15,6 +15,7 @@ mod files;
 mod help;
 mod incoming;
 mod jog;
+mod macros;
 mod memory;
 mod mesh;
 mod objects;

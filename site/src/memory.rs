@@ -1,6 +1,7 @@
 //! Memory of the site that may be slow: what was said, temperatures, heights of the bed.
 
 use crate::console::SAID_BYTES;
+use crate::macros::Macros;
 use crate::mesh::Heights;
 use crate::temperatures::Temperatures;
 
@@ -19,6 +20,8 @@ pub struct Stores {
     pub temperatures: Temperatures,
     /// Heights of the bed.
     pub heights: Heights,
+    /// Macros that were told last.
+    pub macros: Macros,
 }
 
 impl Default for Memory {
@@ -31,7 +34,7 @@ impl Memory {
     /// Makes a memory of nothing.
     #[must_use]
     pub const fn new() -> Self {
-        let stores = Stores { temperatures: Temperatures::new(), heights: Heights::new() };
+        let stores = Stores { temperatures: Temperatures::new(), heights: Heights::new(), macros: Macros::new() };
         Self { said: [0; SAID_BYTES], stores }
     }
 }

@@ -43,7 +43,7 @@ pub enum Content {
     Offset(u32),
     /// Number of a jog that begins.
     Jog(u32),
-    /// Codes and commands with their help.
+    /// Codes, commands and macros with their help.
     Help,
     /// Temperatures of the last minutes.
     Temperatures,
@@ -227,10 +227,19 @@ impl Tells<'_> {
                 self.end(json);
                 return Next::End;
             }
-        } else if matches!(self.content, Content::Help) {
-            if !help::write(part - 1, json) {
-                self.end(json);
-                return Next::End;
+        } else if matches!(self.content, Content::Help | Content::Names) {
+            let macros = &self.facts.stores.macros;
+            let written = match self.content {
+                Content::Help => help::write(part - 1, macros, json),
+                _ => macros.at((part - 1) as u16).map(|row| row.is_some_and(|row| write_macro(&row.name, json))),
+            };
+            match written {
+                None => return Next::Later,
+                Some(true) => {}
+                Some(false) => {
+                    self.end(json);
+                    return Next::End;
+                }
             }
         } else if matches!(self.content, Content::Temperatures) {
             self.facts.stores.temperatures.write(part as usize - 1, self.snapshot, json);
@@ -376,7 +385,7 @@ impl Tells<'_> {
                 json.fixed(self.now_ms as i64, 3);
                 json.end_array();
             }
-            Content::Path(_) | Content::Lines(_) => {
+            Content::Path(_) | Content::Lines(_) | Content::Names => {
                 json.end_array();
                 json.end_object();
             }
@@ -413,14 +422,20 @@ fn error(code: i32, message: &str, json: &mut Writer<'_, '_>) {
     json.end_object();
 }
 
-/// Writes the names of all objects.
+/// Writes the name of a macro as an object's. Returns that there is one.
+fn write_macro(name: &str, json: &mut Writer<'_, '_>) -> bool {
+    json.begin_text();
+    ["gcode_macro ", name].into_iter().for_each(|piece| json.more_text(piece));
+    json.end_text();
+    true
+}
+
+/// Writes the names of all objects but macros, and leaves their list open.
 fn write_names(snapshot: &Snapshot, json: &mut Writer<'_, '_>) {
     json.begin_object();
     json.key("objects");
     json.begin_array();
     (0..MAX_OBJECTS).filter_map(|place| objects::name(place, snapshot)).for_each(|name| json.text(&name));
-    json.end_array();
-    json.end_object();
 }
 
 fn begin_notification(method: &str, json: &mut Writer<'_, '_>) {

@@ -180,6 +180,7 @@ impl<const N: usize> Site<N> {
     pub fn show(&mut self, snapshot: &Snapshot, now_ms: u64) {
         self.snapshot.clone_from(snapshot);
         self.stores.temperatures.take(snapshot, now_ms);
+        self.stores.macros.keep(snapshot.macros);
         self.console.keep_fault(snapshot.state == State::Alarm);
         self.access.sessions.expire(now_ms);
         (self.now_ms, self.shown_ms, self.number) = (now_ms, now_ms, self.number.wrapping_add(1).max(1));
@@ -200,6 +201,17 @@ impl<const N: usize> Site<N> {
     /// Takes a row of heights of the mesh of this number, mm: rows from the front, each from the left.
     pub fn show_heights(&mut self, number: u32, row: usize, heights: &[f32]) {
         self.stores.heights.set(number, row, heights);
+    }
+
+    /// Returns the number of the macro that an answer waits for, or will ask for next.
+    #[must_use]
+    pub fn wants_macro(&self) -> Option<u16> {
+        self.stores.macros.next()
+    }
+
+    /// Takes the macro of this number: its name, and what it says of itself; none: there are no more.
+    pub fn show_macro(&mut self, number: u16, told: Option<(&str, &str)>) {
+        self.stores.macros.tell(number, told);
     }
 
     /// Returns the next line for the machine, if the one before is done, and the role of its sender. A jog

@@ -29,6 +29,8 @@ export class Api {
   private keys: ApiKey[] = [];
   private readonly store = new Map<string, { temperatures: number[]; targets: number[]; powers: number[] }>();
   private version = "0.9.2";
+  /** Macros of the printer.cfg, with what they say of themselves. */
+  macros: Record<string, string> = { PRINT_START: "Warms up, homes and cleans the nozzle", Load_Filament: "Pulls filament in", M600: "Changes filament", _PARK: "" };
 
   /** A bare board has the printer's methods and objects, and nothing else: what a page has to bear with. */
   private readonly isBare: boolean;
@@ -97,6 +99,13 @@ export class Api {
         this.machine.halt({ code: "heater", text: "heater hotend: temperature fell by 24 C in a second while heating", remedy: "The sensor has come off, or its wire is broken. Let it cool, look at the thermistor of the hot end, then unlock." });
         continue;
       }
+      if (line.trim() === "macros reload") {
+        this.macros = { PRINT_END: "Cools down and parks" };
+        this.machine.change({ macros: this.machine.world.velvet.macros + 1 });
+        continue;
+      }
+      const [name = "", ...words] = line.trim().split(/\s+/);
+      if (Object.keys(this.macros).some((one) => one.toUpperCase() === name.toUpperCase())) { this.say(`echo: ${name} got ${words.join(" ") || "nothing"}`); continue; }
       const said = run(this.machine, line);
       if (said.startsWith("error")) { this.say(`!! ${said.slice(7)}`); throw new Failure(400, said.slice(7)); }
       this.say(said);
@@ -165,7 +174,10 @@ export class Api {
     "server.connection.identify": () => ({ connection_id: 1 }),
     "server.info": () => ({ klippy_connected: true, klippy_state: this.machine.world.webhooks.state, components: ["file_manager", "history", "authorization"], moonraker_version: "v0.10.0-0-velvet" }),
     "printer.info": () => ({ state: this.machine.world.webhooks.state, state_message: "", hostname: this.machine.isMill ? "velvet-mill" : "velvet", software_version: "velvet-0.9.2", app: "Velvet" }),
-    "printer.objects.list": () => ({ objects: Object.keys(this.machine.world).filter((name) => !this.isBare || !/^(velvet|bed_mesh|motion_report|fan|temperature_sensor.*|display_status)$/.test(name)) }),
+    "printer.objects.list": () => ({
+      objects: this.isBare ? Object.keys(this.machine.world).filter((name) => !/^(velvet|bed_mesh|motion_report|fan|temperature_sensor.*|display_status)$/.test(name))
+        : [...Object.keys(this.machine.world), ...Object.keys(this.macros).map((name) => `gcode_macro ${name}`)],
+    }),
     "printer.objects.query": ({ objects }) => ({ eventtime: this.now(), status: this.pick(objects) }),
     "printer.objects.subscribe": ({ objects }, client) => {
       client.watches = new Set(Object.keys(objects));
@@ -173,7 +185,7 @@ export class Api {
       return { eventtime: this.now(), status: this.pick(objects) };
     },
     "printer.gcode.script": ({ script }) => this.script(script),
-    "printer.gcode.help": () => this.codes,
+    "printer.gcode.help": () => ({ ...Object.fromEntries(Object.entries(this.macros).map(([name, help]) => [name.toUpperCase(), help || "macro"])), ...this.codes }),
     "printer.emergency_stop": () => { run(this.machine, "M112"); return "ok"; },
     "printer.firmware_restart": () => { this.machine.unlock(); return "ok"; },
     "printer.print.start": ({ filename }) => {

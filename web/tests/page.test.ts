@@ -241,6 +241,28 @@ page("makes buttons that every browser has, asks before some, and plays macros o
   }
 });
 
+page("has the macros of the printer.cfg as buttons, with parameters, and others after a reload", {}, async (on, { board }) => {
+  if (!board) return;
+  await ready(on);
+  const card = on.getByRole("region", { name: "Buttons" });
+  const macros = card.getByRole("group", { name: "Macros of the printer.cfg" });
+  await macros.getByRole("button", { name: "PRINT_START" }).waitFor();
+  assert.deepEqual(await macros.getByRole("button").allTextContents(), ["PRINT_START", "Load_Filament", "M600"], "those with _ are for other macros");
+  await until("its help", async () => (await macros.getByRole("button", { name: "Load_Filament" }).getAttribute("title")) === "Pulls filament in");
+  await card.getByLabel("Parameters of the next macro").fill("BED=60 NAME=a");
+  await macros.getByRole("button", { name: "PRINT_START" }).click();
+  await on.getByText("PRINT_START got BED=60 NAME=a").waitFor();
+  await macros.getByRole("button", { name: "Load_Filament" }).click();
+  await on.getByText("Load_Filament got nothing").waitFor();
+  await visit(on, "Console");
+  await on.getByLabel("Line to send").pressSequentially("load_f");
+  await on.getByRole("option", { name: /LOAD_FILAMENT.*Pulls filament in/ }).waitFor();
+  await typeLine(on, "macros reload");
+  await visit(on, "Machine");
+  await macros.getByRole("button", { name: "PRINT_END" }).waitFor();
+  await macros.getByRole("button", { name: "PRINT_START" }).waitFor({ state: "detached" });
+});
+
 page("goes on with an upload where the link died", {}, async (on, { board }) => {
   if (!board) return;
   await ready(on);

@@ -44,6 +44,15 @@ pub trait Viewers {
     /// Gives a row of heights of the mesh of this number, mm: rows from the front, each from the left.
     fn show_heights(&mut self, _number: u32, _row: usize, _heights: &[f32]) {}
 
+    /// Returns the number of the macro that viewers want to be told of next, counted from 0 in the order of
+    /// the configuration; none while they want none.
+    fn wants_macro(&mut self) -> Option<u16> {
+        None
+    }
+
+    /// Tells of the macro of this number: its name, and what it says of itself; none: there are no more.
+    fn show_macro(&mut self, _number: u16, _shown: Option<(&str, &str)>) {}
+
     /// A job begins, and with it another path.
     fn begin_path(&mut self) {}
 }

@@ -50,7 +50,7 @@ impl<L: Locks> Viewers for BoardPorts<L> {
     }
 
     fn show(&mut self, snapshot: &Snapshot) {
-        self.owned.network.show(snapshot);
+        self.owned.network.told_page().into_iter().for_each(|page| page.show(snapshot));
     }
 
     fn follows_path(&mut self) -> Option<bool> {
@@ -71,6 +71,14 @@ impl<L: Locks> Viewers for BoardPorts<L> {
 
     fn show_heights(&mut self, number: u32, row: usize, heights: &[f32]) {
         self.owned.network.page().into_iter().for_each(|page| page.show_heights(number, row, heights));
+    }
+
+    fn wants_macro(&mut self) -> Option<u16> {
+        self.owned.network.page()?.wants_macro()
+    }
+
+    fn show_macro(&mut self, number: u16, shown: Option<(&str, &str)>) {
+        self.owned.network.told_page().into_iter().for_each(|page| page.site().show_macro(number, shown));
     }
 
     fn begin_path(&mut self) {

@@ -33,6 +33,10 @@ pub struct SimulatedNetwork {
     pub shown: Option<Snapshot>,
     /// Heights of the bed as they were last shown, row by row, and their number.
     pub heights: (u32, Vec<Vec<f32>>),
+    /// Whether a viewer wants the macros.
+    pub wants_macros: bool,
+    /// Macros that were told since: names, and what they say of themselves.
+    pub macros: Vec<(String, String)>,
     /// Operator's factors that a viewer wants.
     pub factors: Option<Factors>,
     /// Whether somebody draws the path, or just does not any more; and the path since the last job began.

@@ -271,6 +271,20 @@ impl Viewers for HostPorts<'_> {
         shown.1.push(heights.to_vec());
     }
 
+    fn wants_macro(&mut self) -> Option<u16> {
+        let network = self.network();
+        network.wants_macros.then_some(network.macros.len() as u16)
+    }
+
+    fn show_macro(&mut self, number: u16, shown: Option<(&str, &str)>) {
+        let mut network = self.network();
+        assert_eq!(usize::from(number), network.macros.len(), "the macro that was asked for");
+        match shown {
+            Some((name, about)) => network.macros.push((name.to_owned(), about.to_owned())),
+            None => network.wants_macros = false,
+        }
+    }
+
     fn begin_path(&mut self) {
         self.network().path.clear();
     }

@@ -111,6 +111,8 @@ pub(super) fn write_rest(of: &Snapshot, fault: Option<&str>, json: &mut Writer<'
         None => json.null(),
     }
     write_inputs(of, json);
+    json.key("macros");
+    json.number(u64::from(of.macros));
     json.key("messages");
     json.begin_array();
     json.end_array();

@@ -422,7 +422,7 @@ fn what_the_slicer_wrote_is_told_and_its_pictures_are_sent() {
 }
 
 /// Puts the chunks of a body together.
-fn chunks(mut body: &[u8]) -> Vec<u8> {
+pub(super) fn chunks(mut body: &[u8]) -> Vec<u8> {
     let mut all = Vec::new();
     loop {
         let end = body.windows(2).position(|at| at == b"\r\n").unwrap();

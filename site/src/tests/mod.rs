@@ -29,13 +29,15 @@ struct Desk {
     now: u64,
     /// Room that a call of `transmit` has.
     room: usize,
+    /// Macros of the machine, and what they say of themselves.
+    macros: Vec<(&'static str, &'static str)>,
 }
 
 impl Desk {
     fn new(role: Role) -> Self {
         let mut site = Site::new("1.2.3", role, Box::leak(Box::new(Memory::new())));
         site.set_host("velvet");
-        let mut desk = Self { site, card: Card::default(), now: 1_000, room: 1_460 };
+        let mut desk = Self { site, card: Card::default(), now: 1_000, room: 1_460, macros: Vec::new() };
         desk.site.show(&snapshot(), desk.now);
         desk
     }
@@ -69,10 +71,20 @@ impl Desk {
             let mut room = vec![0; self.room];
             let count = self.site.transmit(place, &mut room, self.now, &mut self.card);
             heard.extend(&room[..count]);
-            if count == 0 {
+            if count == 0 && self.site.wants_macro().is_none() {
                 return heard;
             }
+            while let Some(number) = self.site.wants_macro().filter(|_| count == 0) {
+                self.site.show_macro(number, self.macros.get(usize::from(number)).copied());
+            }
         }
+    }
+
+    /// Gets an answer whose body comes in chunks. Returns the body.
+    fn get_whole(&mut self, place: usize, path: &str) -> String {
+        let answer = self.get(place, path);
+        let (_, body) = answer.split_once("\r\n\r\n").expect("a body");
+        String::from_utf8(files::chunks(body.as_bytes())).unwrap()
     }
 
     fn get(&mut self, place: usize, path: &str) -> String {
@@ -224,6 +236,50 @@ fn objects_are_told_over_http() {
         answer.contains(extruder) && answer.contains("heater_generic chamber") && !answer.contains("toolhead"),
         "{answer}"
     );
+}
+
+#[test]
+fn macros_are_objects_and_have_their_help() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.macros =
+        vec![("Load", "Loads \"it\""), ("_inner", ""), ("G28", "homes otherwise"), ("D", ""), ("E", ""), ("F", "")];
+    desk.open(0);
+    for room in [1_000, 1_460, 20_000] {
+        desk.room = room;
+        let list = desk.get_whole(0, "/printer/objects/list");
+        let names = ["Load", "_inner", "G28", "D", "E", "F"].map(|name| format!(r#""gcode_macro {name}""#)).join(",");
+        assert!(list.contains(r#""velvet","#) && list.ends_with(&format!("{names}]}}}}")), "{list}");
+    }
+    desk.upgrade(1);
+    let help = desk.call(1, r#"{"method":"printer.gcode.help","id":1}"#);
+    let macros = r#","LOAD":"Loads \"it\"","_INNER":"macro","D":"macro","E":"macro","F":"macro"},"id":1}"#;
+    assert!(help.len() == 1 && help[0].ends_with(macros) && help[0].matches(r#""G28":"#).count() == 1, "{help:?}");
+    // Read anew: the list has another number, and other macros.
+    let ask = r#"{"method":"printer.objects.subscribe","params":{"objects":{"velvet":null}},"id":2}"#;
+    assert!(desk.call(1, ask)[0].contains(r#""macros":0,"#));
+    desk.macros = vec![("NEW", "")];
+    let told = desk.show(1, &Snapshot { macros: 1, ..snapshot() });
+    assert!(told[0].contains(r#""macros":1,"#), "{told:?}");
+    assert!(
+        desk.get_whole(0, "/printer/objects/list")
+            .ends_with(r#","velvet","extruder","heater_bed","heater_generic chamber","gcode_macro NEW"]}}"#)
+    );
+}
+
+#[test]
+fn a_list_of_macros_waits_for_the_machine_and_for_nobody_who_has_gone() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.macros = vec![("A", "")];
+    desk.open(0);
+    let mut request = b"GET /printer/objects/list HTTP/1.1\r\nHost: velvet.local\r\n\r\n".to_vec();
+    desk.site.receive(0, &mut request, desk.now, &mut desk.card);
+    let mut room = vec![0; 1_460];
+    let begun = desk.site.transmit(0, &mut room, desk.now, &mut desk.card);
+    assert!(begun > 0 && desk.site.transmit(0, &mut room, desk.now, &mut desk.card) == 0, "the machine has its time");
+    assert_eq!(desk.site.wants_macro(), Some(0));
+    let rest = String::from_utf8_lossy(&desk.hear(0)).into_owned();
+    assert!(rest.contains(r#","gcode_macro A"]}}"#), "{rest}");
+    assert_eq!(desk.site.wants_macro(), None);
 }
 
 #[test]

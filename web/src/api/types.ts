@@ -79,6 +79,8 @@ export interface Velvet {
   overrides: { feed: number; rapid: number; spindle: number };
   limits: Record<string, boolean>;
   probe: { is_triggered: boolean; last: number[] | null } | null;
+  /** Number of the list of macros: another one when they were read anew. */
+  macros: number;
   messages: Message[];
 }
 

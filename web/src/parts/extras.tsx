@@ -2,9 +2,10 @@
 import { useSignal } from "@preact/signals";
 import { Button, Card, Dialog, Empty } from "../shell/parts";
 import { clock, plainName } from "../shell/format";
-import { keep, type Macro, macros, play, played, press } from "../state/buttons";
-import { consoleLines, isBad } from "../state/history";
+import { keep, type Macro, macros, named, play, played, press } from "../state/buttons";
+import { codes, consoleLines, isBad } from "../state/history";
 import { isFree, isLive, mode, obj } from "../state/machine";
+import { script } from "../state/notices";
 import { isOwner, mayOperate } from "../state/session";
 
 function EditButtons({ onClose }: { onClose: () => void }) {
@@ -40,11 +41,30 @@ function EditButtons({ onClose }: { onClose: () => void }) {
   );
 }
 
+/** Macros of the printer.cfg. What is typed goes with the next one alone. */
+function Named({ may }: { may: boolean }) {
+  const words = useSignal("");
+  const help = new Map(codes.value);
+  const run = (name: string) => {
+    const line = `${name} ${words.peek()}`;
+    words.value = "";
+    return script(line);
+  };
+  return (
+    <>
+      <div class="row wrap" role="group" aria-label="Macros of the printer.cfg">
+        {named.value.map((name) => <Button key={name} disabled={!may} title={help.get(name.toUpperCase()) ?? name} onPress={() => run(name)}>{name}</Button>)}
+      </div>
+      <input type="text" aria-label="Parameters of the next macro" placeholder="Parameters of the next macro, as BED=60" spellcheck={false} disabled={!may} value={words.value} onInput={(event) => { words.value = event.currentTarget.value; }} />
+    </>
+  );
+}
+
 export function Macros() {
   const asked = useSignal<Macro | null>(null);
   const isEdited = useSignal(false);
   const may = mayOperate.value && isLive.value && mode.value !== "Alarm";
-  const isEmpty = !macros.value.length && !played.value.length;
+  const isEmpty = !macros.value.length && !played.value.length && !named.value.length;
   if (isEmpty && !isOwner.value) return null;
   const begin = (one: Macro) => {
     if (!one.confirm) return press(one);
@@ -58,6 +78,7 @@ export function Macros() {
         {macros.value.map((one, at) => <Button key={at} disabled={!may} title={one.script} onPress={() => begin(one)}>{one.label}</Button>)}
         {played.value.map((name) => <Button key={name} icon="play" disabled={!mayOperate.value || !isFree.value} title={`Plays macros/${name}`} onPress={() => play(name)}>{plainName(name)}</Button>)}
       </div>
+      {named.value.length > 0 && <Named may={may} />}
       {isEdited.value && <EditButtons onClose={() => { isEdited.value = false; }} />}
       {asked.value && (
         <Dialog title={`${asked.value.label}?`} onClose={() => { asked.value = null; }}>

@@ -1,6 +1,9 @@
-// Buttons of people's own, kept in a file on the card so that every browser has the same, and files of a folder to play.
-import { signal } from "@preact/signals";
+// Buttons of people's own, kept in a file on the card so that every browser has the same, files of a folder to play, and
+// macros of the printer.cfg.
+import { computed, effect, signal } from "@preact/signals";
 import { call, on } from "../api/link";
+import { loadHelp } from "./history";
+import { obj, objectNames } from "./machine";
 import { ask, say, script } from "./notices";
 import { onReady } from "./session";
 
@@ -13,6 +16,10 @@ const MOST = 500;
 export const macros = signal<Macro[]>([]);
 /** Names of the files that can be played. */
 export const played = signal<string[]>([]);
+
+/** Names of the macros that are for people: those that begin with _ are for other macros. */
+export const named = computed(() => objectNames.value.map((name) => /^gcode_macro ([^_].*)/.exec(name)?.[1]).filter((name) => name !== undefined));
+const list = computed(() => obj("velvet")?.macros);
 
 function read(value: unknown): Macro[] {
   if (!Array.isArray(value)) return [];
@@ -56,6 +63,12 @@ export async function press(one: Macro): Promise<void> {
 export const play = (name: string) => ask("printer.print.start", { filename: `${FOLDER}/${name}` });
 
 export function startButtons(): void {
+  let known = list.peek();
+  effect(() => {
+    if (list.value === known) return;
+    known = list.value;
+    void call("printer.objects.list", {}).then(({ objects }) => { objectNames.value = objects; }).then(loadHelp).catch(() => undefined);
+  });
   onReady(() => void load());
   on("notify_filelist_changed", ({ item, source_item }) => { if ([item.path, source_item?.path ?? FOLDER].some((path) => !path || path.startsWith(FOLDER))) void load(); });
 }

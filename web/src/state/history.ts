@@ -65,8 +65,9 @@ export function addLine(line: StoreLine): void {
 }
 on("notify_gcode_response", (message) => addLine({ message, time: Date.now() / 1000, type: "response" }));
 
-/** Codes and commands with their help, for completion. */
+/** Codes, commands and macros with their help, for completion. */
 export const codes = signal<[string, string][]>([]);
+export const loadHelp = () => call("printer.gcode.help", {}).then((help) => { codes.value = Object.entries(help).sort(); }).catch(() => undefined);
 
 export function startHistory(): void {
   onReady(() => {
@@ -75,7 +76,7 @@ export function startHistory(): void {
       const start = eventtime === undefined ? 0 : Date.now() / 1000 - eventtime;
       consoleLines.value = gcode_store.map((line) => ({ ...line, time: line.time + start }));
     }).catch(() => undefined);
-    void call("printer.gcode.help", {}).then((help) => { codes.value = Object.entries(help).sort(); }).catch(() => undefined);
+    void loadHelp();
   });
   window.setInterval(sample, 1000);
 }

@@ -14,11 +14,13 @@ mod looks;
 mod objects;
 pub(crate) mod reload;
 mod saved;
+mod shown;
 pub(crate) mod state;
 mod status;
 mod z_offset;
 
 use base::failure::{Failure, Outcome};
+use base::ports::Viewers as _;
 use base::sessions::{LineBytes, Recipient};
 use config::Command;
 use gcode::{Block, Extended};
@@ -40,6 +42,9 @@ impl<'c, M: MacroHands<'c>> Moments<M> for Feature {
     fn each_10_ms(hands: &mut M, now: Micros) {
         if hands.macros().memory.store.sections() > 0 {
             commands::follow_time(hands, now);
+        }
+        if hands.world().ports.wants_macro().is_some() {
+            shown::tell(hands);
         }
     }
 

@@ -29,7 +29,7 @@ fn read<'c>(hands: &mut impl MacroHands<'c>) -> Loaded {
     let now = world.ports.now();
     macros.memory.variables.clear();
     let loaded = macros.memory.store.reload(&mut world.ports, &path, now.0);
-    (macros.idle_since, macros.is_idle) = (now, false);
+    (macros.idle_since, macros.is_idle, macros.readings) = (now, false, macros.readings.wrapping_add(1));
     let timeout = idle_timeout(hands);
     hands.macros().idle_timeout = timeout;
     hands.take_codes(match loaded.codes {

@@ -41,6 +41,8 @@ impl KeptModes {
 pub(crate) struct Macros<'c> {
     /// Memory that they are rendered in, and what is known of the configuration.
     pub memory: Memory<'c>,
+    /// Times that the configuration was read.
+    pub readings: u32,
     /// G-code is due: every line looks at it.
     pub is_due: bool,
     /// Time since which the machine has had nothing to do.
@@ -62,6 +64,7 @@ impl<'c> Macros<'c> {
     pub const fn new(memory: Memory<'c>) -> Self {
         Self {
             memory,
+            readings: 0,
             is_due: false,
             idle_since: Micros(0),
             idle_timeout: None,

@@ -38,6 +38,8 @@ pub(crate) struct Viewed<'m, 'c, P> {
     tuning: &'m Tuning,
     outputs: &'m Outputs,
     bed: &'m Bed,
+    /// Number of the list of macros.
+    macros: u32,
     /// The job that has ended last.
     last_job: &'m mut Option<JobShown>,
 }
@@ -68,6 +70,7 @@ impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
             tuning,
             outputs,
             bed,
+            macros: features.macros.readings,
             last_job: &mut features.last_job,
         }
     }
@@ -159,7 +162,8 @@ fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
 /// Returns the machine as it is now.
 pub(crate) fn snapshot<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) -> Snapshot {
     let job = job(hands, now);
-    let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, bed, last_job, .. } = hands.viewed();
+    let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, bed, macros, last_job, .. } =
+        hands.viewed();
     let config = world.config;
     let modal = program.modal();
     let is_live = is_live(mode.state());
@@ -187,6 +191,7 @@ pub(crate) fn snapshot<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) -> Sna
         homed: axes.homed(),
         job: job.or_else(|| last_job.clone()),
         most,
+        macros,
         ..Snapshot::default()
     };
     equipment::add(&mut snapshot, world, program, tuning, outputs);

@@ -47,6 +47,32 @@ fn a_macro_is_rendered_with_its_parameters_and_carried_out() {
 }
 
 #[test]
+fn viewers_are_told_of_macros_and_of_others_after_a_reload() {
+    let text = "[printer]\n[gcode_macro First]\ndescription: says é\n  and\tmore\ngcode:\n G4\n[delayed_gcode x]\ngcode:\n G4\n\
+                [gcode_macro AGAIN]\ngcode:\n G4\n[gcode_macro _hidden]\ngcode:\n G4\n\
+                [gcode_macro again]\ndescription: the later one\n";
+    let mut bench = with(text).start();
+    let macros = |bench: &mut Bench| {
+        bench.network(|network| (network.wants_macros, network.macros, network.is_viewed) = (true, Vec::new(), true));
+        bench.hear(0.1);
+        bench.network(|network| {
+            assert!(!network.wants_macros, "the end is told");
+            let number = network.shown.as_ref().expect("a machine that is looked at").macros;
+            (number, std::mem::take(&mut network.macros))
+        })
+    };
+    let row = |name: &str, about: &str| (name.to_owned(), about.to_owned());
+    let (before, told) = macros(&mut bench);
+    assert_eq!(told, [row("First", "says é and more"), row("_hidden", ""), row("again", "the later one")]);
+    let long = format!("[gcode_macro LONG]\ndescription: {}\ngcode:\n G4\n", "é".repeat(100));
+    bench.write_card("printer.cfg", long.as_bytes());
+    assert_eq!(bench.say("macros reload"), "1 macros in 1 sections\nok\n");
+    let (after, told) = macros(&mut bench);
+    assert_eq!(told, [row("LONG", &"é".repeat(48))]);
+    assert_ne!(before, after);
+}
+
+#[test]
 fn an_error_is_named_with_its_place_and_nothing_is_carried_out() {
     let text = "[printer]\n[gcode_macro ONE]\ngcode:\n  G91\n  G1 X5 F3000\n\n  ; no\n    G1 X{ nothing.more }\n\
                 [gcode_macro TWO]\ngcode:\n G91\n G1 X5 F3000\n {% if %}\n[gcode_macro THREE]\ngcode:\n G91\n G1 X5\n \
