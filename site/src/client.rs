@@ -81,8 +81,7 @@ impl Client {
     /// Takes the next answer. One to a script comes behind what the machine said to it.
     fn next_reply(&mut self) -> Option<Reply> {
         let heard = self.heard;
-        let is_due = |reply: &Reply| reply.said.is_none_or(|said| said.wrapping_sub(heard).cast_signed() <= 0);
-        self.replies.front().is_some_and(is_due).then(|| self.replies.pop_front()).flatten()
+        self.replies.front().is_some_and(|reply| reply.is_due(heard)).then(|| self.replies.pop_front()).flatten()
     }
 
     /// Returns the next line of the machine's that this visitor hears.

@@ -3,17 +3,32 @@
 use core::cell::Cell;
 
 use base::ports::Storage;
-use http::{Event, Response};
+use http::{Event, Response, Status};
 
 use crate::access::{Target, Visitor};
-use crate::calls::{Call, Method, Quantity, Reader, codes};
-use crate::console::{Asker, Listeners};
+use crate::batch::{self, Owner};
+use crate::calls::{Call, Calls, Method, Quantity, Reader, codes};
+use crate::console::Listeners;
 use crate::files::FileWork;
 use crate::questions;
 use crate::reply::{Content, Reply};
 use crate::script;
 use crate::site::{Site, Slot, Work};
 use crate::visitors::{forbidden, head_of};
+
+/// Refusal of a call that is not answered at once, over HTTP.
+const ELSEWHERE: &str = "this is called over the WebSocket, or by its own path";
+
+impl Visitor {
+    /// Returns who has calls of one message answered together.
+    const fn owner(&self) -> Owner {
+        match self.target {
+            Target::Call(asker, _) => Owner::Seat(asker),
+            Target::Request(place) => Owner::Connection(place),
+            Target::Nobody => Owner::Connection(u8::MAX),
+        }
+    }
+}
 
 impl<const N: usize> Site<N> {
     /// Takes bytes of a connection. Returns how many.
@@ -55,8 +70,12 @@ impl<const N: usize> Site<N> {
                     self.take_request(place, slot, &request, card);
                 }
                 Event::Body(bytes) => {
-                    if let (Work::Call, Some(body)) = (&*work, self.body.as_mut().filter(|body| body.place == place)) {
-                        body.reader.read(bytes, &self.snapshot);
+                    if matches!(work, Work::Call) {
+                        self.read_body(
+                            place,
+                            Visitor { target: Target::Request(place), pass: *pass, from: *from },
+                            bytes,
+                        );
                     }
                     if let Work::Files(FileWork::Upload(number)) = work
                         && let Err(refusal) = self.files.take(*number, bytes, card)
@@ -97,35 +116,105 @@ impl<const N: usize> Site<N> {
 
     /// Takes a piece of a visitor's message.
     fn read_message(&mut self, seat: u8, (is_first, is_last): (bool, bool), bytes: &[u8], now_ms: u64) {
-        let Self { seats, snapshot, .. } = self;
-        let Some(client) = seats.get_mut(usize::from(seat)).and_then(|seat| seat.client.as_mut()) else { return };
-        if is_first {
-            client.reader = Some(Reader::new());
-        }
-        if let Some(reader) = &mut client.reader {
-            reader.read(bytes, snapshot);
-        }
-        if is_last && let Some(reader) = client.reader.take() {
-            self.call(seat, reader, now_ms);
+        let asker = self.asker(seat);
+        let Some(place) = self.seats.get_mut(usize::from(seat)) else { return };
+        let visitor = Visitor { target: Target::Call(asker, None), pass: place.pass, from: place.from };
+        let Some(client) = place.client.as_mut() else { return };
+        let begun = if is_first { Some(Reader::new()) } else { client.reader.take() };
+        let Some(mut reader) = begun else { return };
+        self.read_calls(&visitor, &mut reader, bytes, now_ms);
+        let reply = match is_last {
+            true => self.end_message(visitor, &mut reader, now_ms),
+            false => None,
+        };
+        let Some(client) = self.client(asker) else { return };
+        reply.into_iter().for_each(|reply| client.reply(reply));
+        client.reader = Some(reader).filter(|_| !is_last);
+    }
+
+    /// Takes a piece of a request's body that has parameters of a call, or calls.
+    fn read_body(&mut self, place: u8, visitor: Visitor, bytes: &[u8]) {
+        let Some(mut body) = self.body.take_if(|body| body.place == place) else { return };
+        self.read_calls(&visitor, &mut body.reader, bytes, self.now_ms);
+        self.body = Some(body);
+    }
+
+    /// Reads a piece of a message, and carries out the calls that are whole, where it has several.
+    fn read_calls(&mut self, visitor: &Visitor, reader: &mut Reader, mut bytes: &[u8], now_ms: u64) {
+        while reader.read(&mut bytes, &self.snapshot) {
+            let owner = visitor.owner();
+            let taken = match reader.batch() {
+                Some(Calls::Taken(0)) if !self.batch.begin(owner) => Calls::Enough,
+                Some(Calls::Taken(batch::CALLS)) => {
+                    let text = "a message has at most 8 calls: those behind them are not carried out";
+                    self.batch.add(Some(Reply::message(None, Content::Error(codes::INVALID, text))));
+                    Calls::Enough
+                }
+                Some(Calls::Taken(before)) => {
+                    let read = reader.end_call();
+                    let is_answered = reader.id.is_some() || read.is_err_and(|(code, _)| code == codes::INVALID);
+                    reader.id.iter_mut().for_each(|id| id.is_of_batch = true);
+                    let reply = self.call(visitor.clone(), read, reader, now_ms);
+                    if is_answered {
+                        self.batch.add(reply);
+                    }
+                    Calls::Taken(before + 1)
+                }
+                _ => Calls::Enough,
+            };
+            reader.begin_next(taken);
         }
     }
 
-    /// Carries out a call. A call without an id is not answered (JSON-RPC 2.0 section 4.1).
-    fn call(&mut self, place: u8, mut reader: Reader, now_ms: u64) {
-        let Some(seat) = self.seats.get(usize::from(place)) else { return };
-        let (asker, pass, from) = (Asker { place, visit: seat.visit }, seat.pass, seat.from);
-        let read = reader.end();
-        let is_notification = reader.id.is_none() && !matches!(read, Err((codes::PARSE | codes::INVALID, _)));
-        let target = Target::Call(asker, reader.id.clone());
+    /// Ends a message. Returns the answer to its call, or why it is none; those to several calls go out when
+    /// all are there.
+    fn end_message(&mut self, visitor: Visitor, reader: &mut Reader, now_ms: u64) -> Option<Reply> {
+        let owner = visitor.owner();
+        let Some(calls) = reader.batch() else {
+            let read = reader.end();
+            let is_broken = matches!(read, Err((codes::PARSE | codes::INVALID, _)));
+            // A call without an id is not answered (JSON-RPC 2.0 section 4.1).
+            return self.call(visitor, read, reader, now_ms).filter(|_| reader.id.is_some() || is_broken);
+        };
+        let error = match (reader.finish(), calls) {
+            (Err(error), _) => Some(error),
+            (Ok(()), Calls::Taken(0)) => Some((codes::INVALID, "the message has no call")),
+            (Ok(()), Calls::Enough) if !self.batch.is_of(owner) => {
+                Some((codes::BUSY, "another message of several calls is being answered: try again"))
+            }
+            (Ok(()), Calls::Taken(_) | Calls::Enough) => None,
+        };
+        let error = error.map(|(code, message)| Reply::message(None, Content::Error(code, message)));
+        if !self.batch.is_of(owner) {
+            return error;
+        }
+        if error.is_some() && calls != Calls::Enough {
+            self.batch.add(error);
+        }
+        self.batch.end_message();
+        None
+    }
+
+    /// Carries out a call. Returns its answer; none: it comes later.
+    fn call(
+        &mut self,
+        visitor: Visitor,
+        read: Result<Call, (i32, &'static str)>,
+        reader: &Reader,
+        now_ms: u64,
+    ) -> Option<Reply> {
+        let target = match visitor.target {
+            Target::Call(asker, _) => Target::Call(asker, reader.id.clone()),
+            target => target,
+        };
         let content = match read {
             Err((code, message)) => Some(Content::Error(code, message)),
-            Ok(call) => self.carry_out(Visitor { target, pass, from }, &call, &reader, now_ms),
+            Ok(call) if matches!(target, Target::Request(_)) && call.method.waits() => {
+                Some(Content::Error(codes::METHOD, ELSEWHERE))
+            }
+            Ok(call) => self.carry_out(Visitor { target, ..visitor }, &call, reader, now_ms),
         };
-        if let (Some(client), Some(content)) = (self.client(asker), content)
-            && !is_notification
-        {
-            client.reply(Reply::message(reader.id, content));
-        }
+        content.map(|content| Reply::message(reader.id.clone(), content))
     }
 
     /// Carries out a call; none: the answer comes later.
@@ -137,31 +226,20 @@ impl<const N: usize> Site<N> {
         if call.method.is_about_access() {
             return self.call_access(visitor, call, &reader.text, &reader.role);
         }
+        let told = self.told(call);
+        if told.is_some() {
+            return told;
+        }
         let Target::Call(asker, id) = visitor.target else {
-            return Some(Content::Error(codes::METHOD, "this is called over the WebSocket"));
+            return Some(Content::Error(codes::METHOD, ELSEWHERE));
         };
         let script = match call.method {
             Method::Identify => return Some(Content::Connection(u32::from(asker.place))),
-            Method::ServerInfo => return Some(Content::Server),
-            Method::PrinterInfo => return Some(Content::Printer),
-            Method::ListObjects => return Some(Content::Names),
-            Method::QueryObjects => return Some(Content::State(call.objects)),
             Method::Subscribe => {
                 let Self { seats, hashes, .. } = self;
                 let client = seats.get_mut(usize::from(asker.place)).and_then(|seat| seat.client.as_mut())?;
                 client.subscribe(call.objects, hashes);
                 return Some(Content::State(call.objects));
-            }
-            Method::Help => return Some(Content::Help),
-            Method::Temperatures => return Some(Content::Temperatures),
-            Method::Lines => {
-                let count = call.number(Quantity::Count).map_or(usize::MAX, |count| count as usize);
-                return Some(Content::Lines(Cell::new((0, self.console.last(count)))));
-            }
-            Method::PathSince => return Some(self.path_since(call)),
-            Method::EmergencyStop => {
-                self.stop_at_once();
-                return Some(Content::Done);
             }
             Method::JogStart | Method::JogBeat | Method::JogStop => {
                 return Some(self.jog(asker, call, &reader.text, now_ms));
@@ -186,9 +264,43 @@ impl<const N: usize> Site<N> {
         (!has_room).then_some(Content::Error(codes::BUSY, "the machine has lines enough: wait for their answers"))
     }
 
+    /// Carries out a call that is answered at once, whichever way it came. None: it is another one.
+    fn told(&mut self, call: &Call) -> Option<Content> {
+        Some(match call.method {
+            Method::ServerInfo => Content::Server,
+            Method::PrinterInfo => Content::Printer,
+            Method::ListObjects => Content::Names,
+            Method::QueryObjects => Content::State(call.objects),
+            Method::Help => Content::Help,
+            Method::Temperatures => Content::Temperatures,
+            Method::Lines => self.lines(call.number(Quantity::Count).map(|count| count as usize)),
+            Method::PathSince => self.path_since(call),
+            Method::EmergencyStop => {
+                self.stop_at_once();
+                Content::Done
+            }
+            _ => return None,
+        })
+    }
+
+    /// Returns the last lines of the console, so many or all that are kept.
+    pub(crate) fn lines(&self, count: Option<usize>) -> Content {
+        Content::Lines(Cell::new((0, self.console.last(count.unwrap_or(usize::MAX)))))
+    }
+
     /// Ends the parameters of a call, and carries it out. Returns the answer, if it is due now.
     fn end_body(&mut self, place: u8, visitor: Visitor) -> (Option<Response>, Work) {
-        let body = self.body.take_if(|body| body.place == place);
+        let mut body = self.body.take_if(|body| body.place == place);
+        if let Some(mut body) = body.take_if(|body| body.reader.is_of_calls()) {
+            let owner = visitor.owner();
+            let reply = self.end_message(visitor, &mut body.reader, self.now_ms);
+            let reply = reply.or_else(|| self.batch.begin_sending(owner, self.console.end()));
+            return match reply {
+                Some(reply) => (Some(Response::json(Status::Ok)), Work::Answer(reply)),
+                // Nobody wanted an answer.
+                None => (Some(Response::new(Status::NoContent)), Work::Nothing),
+            };
+        }
         let content = match body.map(|mut body| (body.reader.end(), body.reader)) {
             None => Some(Content::Error(codes::BUSY, "the call took too long to come")),
             Some((Err((code, message)), _)) => Some(Content::Error(code, message)),

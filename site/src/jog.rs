@@ -180,7 +180,7 @@ mod tests {
     fn call(method: &str, parameters: &str) -> (Call, String<512>) {
         let mut reader = Reader::new();
         reader.read(
-            format!(r#"{{"method":"velvet.jog.{method}","params":{{{parameters}}}}}"#).as_bytes(),
+            &mut format!(r#"{{"method":"velvet.jog.{method}","params":{{{parameters}}}}}"#).as_bytes(),
             &Snapshot::default(),
         );
         (reader.end().expect("a call"), reader.text)

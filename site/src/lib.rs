@@ -8,6 +8,7 @@
 
 mod access;
 mod assets;
+mod batch;
 mod calls;
 mod client;
 mod console;

@@ -4,10 +4,9 @@ use core::cell::Cell;
 
 use base::snapshot::Snapshot;
 use http::json::{Next, Parts, Writer};
-use http::{Body, Fields, Made};
 
 use crate::access::{Access, Told};
-use crate::calls::{Id, codes};
+use crate::calls::{Id, IdValue, codes};
 use crate::console::{Console, Ending, Said};
 use crate::help;
 use crate::memory::Stores;
@@ -15,9 +14,9 @@ use crate::objects::{self, MAX_OBJECTS, Objects};
 use crate::path::{self, Path, Piece};
 use crate::temperatures;
 
-/// Least room in which a part is made: each is shorter, so none is cut in two between two states of the
-/// machine.
-const PART_ROOM: usize = 960;
+mod body;
+
+pub use body::ReplyBody;
 
 /// Facts about the board that answers tell.
 #[derive(Clone, Copy, Debug)]
@@ -115,6 +114,18 @@ impl Reply {
         matches!(self.content, Content::Files(_) | Content::FilesChanged)
     }
 
+    /// Returns whether the answer may go to a visitor who has heard the machine up to this place.
+    #[must_use]
+    pub fn is_due(&self, heard: u32) -> bool {
+        self.said.is_none_or(|said| said.wrapping_sub(heard).cast_signed() <= 0)
+    }
+
+    /// Returns whether this answers one of several calls of a message.
+    #[must_use]
+    pub fn is_of_batch(&self) -> bool {
+        self.id.as_ref().is_some_and(|id| id.is_of_batch)
+    }
+
     /// Returns the number of the question about files that is answered.
     #[must_use]
     pub const fn question(&self) -> Option<u8> {
@@ -137,67 +148,6 @@ impl Reply {
     #[must_use]
     pub const fn answer(content: Content) -> Self {
         Self { id: None, is_message: false, said: None, content, parts: Parts::new() }
-    }
-}
-
-/// Body of a reply, with what it tells of.
-pub struct ReplyBody<'r> {
-    /// Reply that is made.
-    pub reply: &'r mut Reply,
-    /// The machine as it was shown last.
-    pub snapshot: &'r Snapshot,
-    /// Console with what the machine said.
-    pub console: &'r Console,
-    /// Path that the machine has made.
-    pub path: &'r Path,
-    /// Facts about the board.
-    pub facts: Facts<'r>,
-    /// Time since the start, milliseconds.
-    pub now_ms: u64,
-    /// Teller of content that is not the machine's state.
-    pub teller: Option<Teller<'r>>,
-}
-
-impl Body for ReplyBody<'_> {
-    fn fields(&self, fields: &mut Fields<'_, '_>) {
-        if let Content::Access(told) = &self.reply.content {
-            told.fields(fields);
-        }
-    }
-
-    fn make(&mut self, room: &mut [u8]) -> Made {
-        if room.len() < PART_ROOM {
-            return Made::Part(0);
-        }
-        let Self {
-            reply: Reply { id, is_message, content, parts, .. },
-            snapshot,
-            console,
-            path,
-            facts,
-            now_ms,
-            teller,
-        } = self;
-        let tells = Tells {
-            id: id.as_ref(),
-            is_message: *is_message,
-            content,
-            snapshot,
-            console,
-            path,
-            facts: *facts,
-            now_ms: *now_ms,
-        };
-        parts.make(room, |part, json| match (part.checked_sub(1), teller.as_deref_mut()) {
-            (Some(part), Some(teller)) => {
-                let next = teller(part, json);
-                if next == Next::End {
-                    tells.end(json);
-                }
-                next
-            }
-            _ => tells.write(part, json),
-        })
     }
 }
 
@@ -394,11 +344,11 @@ impl Tells<'_> {
             _ => {}
         }
         match self.id {
-            Some(Id::Number(number)) => {
+            Some(Id { value: IdValue::Number(number), .. }) => {
                 json.key("id");
                 json.signed(*number);
             }
-            Some(Id::Text(text)) => {
+            Some(Id { value: IdValue::Text(text), .. }) => {
                 json.key("id");
                 json.text(text);
             }

@@ -34,7 +34,8 @@ impl<const N: usize> Site<N> {
                 (None, Work::Nothing)
             }
             Begun::Call(method) => {
-                self.body = Some(BodyCall { place, since_ms: self.now_ms, reader: Reader::of(method) });
+                let reader = method.map_or(Reader::new(), Reader::of);
+                self.body = Some(BodyCall { place, since_ms: self.now_ms, reader });
                 (None, Work::Call)
             }
             Begun::Upgrade if slot.connection.upgrade(request) => {
@@ -76,10 +77,13 @@ impl<const N: usize> Site<N> {
                 Begun::Refuse(Status::ServiceUnavailable, "as many pages as can be are open: close another one")
             }
             Handler::Socket => Begun::Upgrade,
-            Handler::Call(_) if self.body.as_ref().is_some_and(|body| self.now_ms < body.since_ms + CALL_MS) => {
+            Handler::Call(_) | Handler::Calls
+                if self.body.as_ref().is_some_and(|body| self.now_ms < body.since_ms + CALL_MS) =>
+            {
                 Begun::Refuse(Status::ServiceUnavailable, "another call is being read: try again")
             }
-            Handler::Call(method) => Begun::Call(method),
+            Handler::Call(method) => Begun::Call(Some(method)),
+            Handler::Calls => Begun::Call(None),
             Handler::EmergencyStop => Begun::Stop,
             Handler::ServerInfo => json(Content::Server),
             Handler::PrinterInfo => json(Content::Printer),

@@ -14,6 +14,8 @@ pub enum Handler {
     PrinterInfo,
     ListObjects,
     QueryObjects,
+    /// One call or several, as over the WebSocket, which are the body.
+    Calls,
     /// Call whose parameters are the body, if there is one.
     Call(calls::Method),
     /// Stop at once, for pages whose socket is gone.
@@ -39,6 +41,9 @@ const fn get(path: &'static str, role: Role, help: &'static str, handler: Handle
 
 /// Longest body of a call, bytes: parameters of access are short.
 const CALL_BYTES: u64 = 512;
+
+/// Longest body of calls, bytes.
+const CALLS_BYTES: u64 = 4_096;
 
 const fn call(path: &'static str, method: calls::Method, help: &'static str) -> Route<Handler> {
     let (role, handler) = (method.least_role(), Handler::Call(method));
@@ -84,6 +89,15 @@ pub const ROUTES: Routes<Handler> = Routes(&[
         help: "remove a file",
         handler: Handler::RemoveFile,
     },
+    Route {
+        method: Method::Post,
+        path: "/server/jsonrpc",
+        role: Role::Nobody,
+        content: Content::Json,
+        body_bytes: CALLS_BYTES,
+        help: "calls of the API, one or an array of them",
+        handler: Handler::Calls,
+    },
     call("/access/login", calls::Method::Login, "log in with the password: the answer has a session's cookie"),
     call("/access/logout", calls::Method::Logout, "end the session"),
     call("/access/api_key", calls::Method::MakeKey, "make a key for a program, which is shown this once"),
@@ -104,7 +118,7 @@ mod tests {
     /// What each role may ask, written once more: a row that is changed or added has to be decided on here.
     #[test]
     fn each_role_may_ask_for_what_is_written_here() {
-        const LEAST: [(Method, &str, Role); 19] = [
+        const LEAST: [(Method, &str, Role); 20] = [
             (Method::Get, "/websocket", Role::Nobody),
             (Method::Get, "/server/info", Role::Watch),
             (Method::Get, "/printer/info", Role::Watch),
@@ -118,6 +132,7 @@ mod tests {
             (Method::Get, "/server/files/upload", Role::Operate),
             (Method::Get, "/server/files/gcodes/*", Role::Watch),
             (Method::Delete, "/server/files/gcodes/*", Role::Own),
+            (Method::Post, "/server/jsonrpc", Role::Nobody),
             (Method::Post, "/access/login", Role::Nobody),
             (Method::Post, "/access/logout", Role::Nobody),
             (Method::Post, "/access/api_key", Role::Own),

@@ -112,7 +112,7 @@ mod tests {
     fn script(method: &str, parameters: &str) -> Result<String<SCRIPT_BYTES>, &'static str> {
         let mut reader = Reader::new();
         let message = format!(r#"{{"params":{{{parameters}}},"method":"{method}","id":1}}"#);
-        reader.read(message.as_bytes(), &Snapshot::default());
+        reader.read(&mut message.as_bytes(), &Snapshot::default());
         let call = reader.end().expect("a call");
         of(&call, &reader.text)
     }

@@ -7,6 +7,7 @@ use http::{Connection, Request, Response, Role, Selection, Status};
 
 use crate::access::Pass;
 use crate::assets::{Asset, Counted};
+use crate::batch::{Batch, Owner};
 use crate::calls::{Method, SCRIPT_BYTES, codes};
 use crate::client::Client;
 use crate::console::{self, Console, Listeners};
@@ -30,8 +31,8 @@ pub(crate) enum Begun {
     /// Question about files of this number, which is answered later.
     Asked(u8),
     Refuse(Status, &'static str),
-    /// The body has the parameters of this call.
-    Call(Method),
+    /// The body has the parameters of this call, or else whole calls.
+    Call(Option<Method>),
     /// The machine stops at once.
     Stop,
     /// The connection becomes a WebSocket.
@@ -89,6 +90,7 @@ impl<const N: usize> Site<N> {
             | Handler::QueryObjects
             | Handler::EmergencyStop
             | Handler::UploadPart
+            | Handler::Calls
             | Handler::Call(_) => return self.begin_page(request, card),
         };
         begun.unwrap_or_else(|refusal| Begun::Refuse(refusal.status, refusal.message))
@@ -172,11 +174,14 @@ impl<const N: usize> Site<N> {
 
     /// Goes on with visitors' calls about files. Returns whether there is more to do soon.
     fn go_on_with_calls(&mut self, now_ms: u64, card: &mut impl Storage) -> bool {
-        let Self { seats, files, questions, access, .. } = self;
+        let Self { seats, files, questions, access, batch, .. } = self;
         let mut is_busy = false;
         for (number, seat) in questions.seats() {
             is_busy = true;
-            let Some(Seat { client: Some(client), pass, .. }) = seats.get_mut(usize::from(seat)) else { continue };
+            let Some(Seat { client: Some(client), pass, visit, .. }) = seats.get_mut(usize::from(seat)) else {
+                continue;
+            };
+            let owner = Owner::Seat(console::Asker { place: seat, visit: *visit });
             if !client.has_room() {
                 continue;
             }
@@ -191,7 +196,12 @@ impl<const N: usize> Site<N> {
                 questions.end(number, files, card);
             }
             if id.is_some() {
-                client.reply(Reply::message(id, content));
+                let reply = Reply::message(id, content);
+                if reply.is_of_batch() {
+                    batch.answer(owner, reply);
+                } else {
+                    client.reply(reply);
+                }
             }
         }
         is_busy
@@ -278,11 +288,9 @@ impl<const N: usize> Site<N> {
 
     /// Writes what is to be sent on a connection. Returns how many bytes.
     pub fn transmit(&mut self, place: usize, room: &mut [u8], now_ms: u64, card: &mut impl Storage) -> usize {
-        let number = self.number;
-        let Self {
-            slots, seats, access, console, files, questions, path, snapshot, hashes, host, version, stores, ..
-        } = self;
-        let facts = Facts { host, version, access, stores };
+        let Self { slots, seats, access, batch, files, questions, console, path, snapshot, hashes, number, .. } = self;
+        let facts = Facts { host: &self.host, version: self.version, access, stores: self.stores };
+        let mut machine = Machine { may_watch: false, console, path, snapshot, hashes, number: *number, facts, now_ms };
         let Some(slot) = slots.get_mut(place).and_then(Option::as_mut) else { return 0 };
         let Slot { connection, work, due, .. } = slot;
         match work {
@@ -294,7 +302,8 @@ impl<const N: usize> Site<N> {
                 written
             }
             Work::Answer(reply) => {
-                let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms, teller: None };
+                let mut body = machine.body(reply);
+                body.batch = Some(batch).filter(|batch| batch.is_sent_to(Owner::Connection(place as u8)));
                 connection.transmit(room, &mut body, now_ms)
             }
             Work::Files(of) => {
@@ -313,8 +322,8 @@ impl<const N: usize> Site<N> {
                 let number = reply.question().unwrap_or_default();
                 let mut teller =
                     |part: u32, json: &mut Writer<'_, '_>| questions.write(number, part, files, card, now_ms, json);
-                let teller = Some(&mut teller as _);
-                let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms, teller };
+                let mut body = machine.body(reply);
+                body.teller = Some(&mut teller);
                 let written = connection.transmit(room, &mut body, now_ms);
                 if !connection.is_sending() && questions.is_answered(number) {
                     questions.end(number, files, card);
@@ -323,14 +332,16 @@ impl<const N: usize> Site<N> {
                 written
             }
             Work::Socket(seat) => {
-                let Some(Seat { client: Some(client), pass, .. }) = seats.get_mut(usize::from(*seat)) else { return 0 };
-                let may_watch = access.role(*pass) >= Role::Watch;
+                let Some(Seat { client: Some(client), pass, visit, .. }) = seats.get_mut(usize::from(*seat)) else {
+                    return 0;
+                };
+                let owner = Owner::Seat(console::Asker { place: *seat, visit: *visit });
+                machine.may_watch = access.role(*pass) >= Role::Watch;
                 if access.has_ended(*pass) && !client.has_answers() {
                     // The page connects anew, as who it is now.
                     connection.close(http::codes::POLICY);
                 }
-                let mut talk = Talk { client, questions, files, card };
-                let machine = Machine { may_watch, console, path, snapshot, hashes, number, facts, now_ms };
+                let mut talk = Talk { client, questions, files, card, batch, owner };
                 talk.go_on(connection, &machine, room)
             }
         }
@@ -350,12 +361,26 @@ struct Machine<'m> {
     now_ms: u64,
 }
 
+impl<'m> Machine<'m> {
+    /// Returns the body of a reply that tells of the machine.
+    const fn body<'r>(&self, reply: &'r mut Reply) -> ReplyBody<'r>
+    where
+        'm: 'r,
+    {
+        let Self { console, path, snapshot, facts, now_ms, .. } = *self;
+        ReplyBody { reply, snapshot, console, path, facts, now_ms, teller: None, batch: None, is_over: false }
+    }
+}
+
 /// Talk with a visitor of a WebSocket.
 struct Talk<'t, S> {
     client: &'t mut Client,
     questions: &'t mut Questions,
     files: &'t mut Files,
     card: &'t mut S,
+    batch: &'t mut Batch,
+    /// The visitor, as one whose calls are answered together.
+    owner: Owner,
 }
 
 impl<S: Storage> Talk<'_, S> {
@@ -364,12 +389,14 @@ impl<S: Storage> Talk<'_, S> {
         let mut used = 0;
         loop {
             if !connection.is_sending() {
-                let Self { client, questions, files, card } = self;
+                let Self { client, questions, files, card, batch, owner } = self;
                 if let Some(number) = client.sending.take().and_then(|reply| reply.question()) {
                     questions.end(number, files, *card);
                 }
                 let Machine { may_watch, console, snapshot, hashes, number, .. } = *machine;
-                client.sending = client.next_message(may_watch, console, snapshot, hashes, number, files.change.number);
+                client.sending = batch
+                    .begin_sending(*owner, client.heard)
+                    .or_else(|| client.next_message(may_watch, console, snapshot, hashes, number, files.change.number));
                 if client.sending.is_none() || !connection.send(http::Kind::Text) {
                     return used;
                 }
@@ -384,19 +411,26 @@ impl<S: Storage> Talk<'_, S> {
 
     /// Writes a piece of the message that is being sent.
     fn send(&mut self, connection: &mut Connection, machine: &Machine<'_>, room: &mut [u8]) -> usize {
-        let Machine { console, path, snapshot, facts, now_ms, .. } = *machine;
-        let Self { client: Client { sending, .. }, questions, files, card } = self;
+        let now_ms = machine.now_ms;
+        let Self { client: Client { sending, .. }, questions, files, card, batch, owner } = self;
         let Some(reply) = sending else { return connection.transmit(room, &mut http::Empty, now_ms) };
         let (question, tells) = (reply.question(), reply.is_of_files());
         let mut teller = |part: u32, json: &mut Writer<'_, '_>| match question {
             Some(number) => questions.write(number, part, files, *card, now_ms, json),
             None => tell_change(&files.change, json),
         };
-        let mut body = ReplyBody { reply, snapshot, console, path, facts, now_ms, teller: None };
+        let mut body = machine.body(reply);
+        body.batch = Some(&mut **batch).filter(|batch| batch.is_sent_to(*owner));
         if tells {
             body.teller = Some(&mut teller);
         }
-        connection.transmit(room, &mut body, now_ms)
+        let written = connection.transmit(room, &mut body, now_ms);
+        if body.is_over
+            && let Some(number) = question
+        {
+            questions.end(number, files, *card);
+        }
+        written
     }
 }
 

@@ -9,6 +9,7 @@ use http::{Connection, Life, Response, Role};
 use program::State;
 
 use crate::access::{Access, Pass, Target};
+use crate::batch::{Batch, Owner};
 use crate::calls::{Reader, SCRIPT_BYTES};
 use crate::client::Client;
 use crate::console::{Asker, Console, Listeners, Outcome};
@@ -100,6 +101,8 @@ pub struct Site<const N: usize> {
     pub(crate) seats: [Seat; CLIENTS],
     pub(crate) access: Access,
     pub(crate) body: Option<BodyCall>,
+    /// Calls of one message that are answered together.
+    pub(crate) batch: Batch,
     /// Time when the site was last called, milliseconds.
     pub(crate) now_ms: u64,
     pub(crate) console: Console,
@@ -135,6 +138,7 @@ impl<const N: usize> Site<N> {
             seats: core::array::from_fn(|_| Seat::default()),
             access: Access::new(without),
             body: None,
+            batch: Batch::default(),
             now_ms: 0,
             console: Console::new(said),
             files: Files::default(),
@@ -254,9 +258,18 @@ impl<const N: usize> Site<N> {
         while let Some(Outcome { asker, id, ending, said }) = self.console.take_outcome() {
             if asker.place == JOG_PLACE {
                 self.jogs.ended(asker.visit);
-            } else if let Some(client) = self.client(asker) {
-                client.reply(Reply::outcome(id, Content::of(ending), said));
+            } else if id.is_some() {
+                self.reply(asker, Reply::outcome(id, Content::of(ending), said));
             }
+        }
+    }
+
+    /// Answers a call of a WebSocket, unless its visitor has gone.
+    pub(crate) fn reply(&mut self, asker: Asker, reply: Reply) {
+        if reply.is_of_batch() {
+            self.batch.answer(Owner::Seat(asker), reply);
+        } else if let Some(client) = self.client(asker) {
+            client.reply(reply);
         }
     }
 
@@ -300,8 +313,12 @@ impl<const N: usize> Site<N> {
     /// Ends a connection's work, done or not.
     pub(crate) fn end_work(&mut self, work: Work, place: u8, card: &mut impl Storage) {
         match work {
-            Work::Nothing | Work::Page(_) | Work::Answer(_) => {}
-            Work::Call => drop(self.body.take_if(|body| body.place == place)),
+            Work::Nothing | Work::Page(_) => {}
+            Work::Answer(_) => self.batch.forget(Owner::Connection(place)),
+            Work::Call => {
+                self.body.take_if(|body| body.place == place);
+                self.batch.forget(Owner::Connection(place));
+            }
             Work::Waiting => self.access.forget(|target| matches!(target, Target::Request(of) if *of == place)),
             Work::Socket(seat) => self.leave(seat, card),
             Work::Files(work) => self.files.end(work, place, card),
@@ -329,6 +346,7 @@ impl<const N: usize> Site<N> {
         self.jogs.leave(asker);
         self.questions.leave(questions::Asker::Seat(seat), &mut self.files, card);
         self.access.first.forget(asker);
+        self.batch.forget(Owner::Seat(asker));
         self.access.forget(|target| matches!(target, Target::Call(of, _) if *of == asker));
         if let Some(seat) = self.seats.get_mut(usize::from(seat)) {
             (seat.client, seat.visit) = (None, seat.visit.wrapping_add(1));

@@ -199,8 +199,8 @@ impl<const N: usize> Site<N> {
             Target::Nobody => {}
             Target::Call(asker, id) => {
                 // A call without an id is not answered.
-                if let Some(client) = self.client(asker).filter(|_| id.is_some()) {
-                    client.reply(Reply::message(id, content));
+                if id.is_some() {
+                    self.reply(asker, Reply::message(id, content));
                 }
             }
             Target::Request(place) => {

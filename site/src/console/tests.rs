@@ -1,6 +1,7 @@
 //! The site's console against lines of a machine.
 
 use super::*;
+use crate::calls::IdValue;
 
 /// Makes a console that nothing was said on.
 fn console() -> Console {
@@ -27,8 +28,8 @@ fn take(console: &mut Console, asker: Asker, id: Option<Id>, text: &str, listene
 fn a_line_has_the_role_that_its_sender_has_when_it_is_handed_over() {
     let mut console = console();
     let (owner, guest) = (Pass::Session(1), Pass::None);
-    assert!(console.take(ASKER, owner, Some(Id::Number(1)), "M500\nM501", Listeners::All));
-    assert!(console.take(ASKER, guest, Some(Id::Number(2)), "M114", Listeners::All));
+    assert!(console.take(ASKER, owner, Some(Id::of(IdValue::Number(1))), "M500\nM501", Listeners::All));
+    assert!(console.take(ASKER, guest, Some(Id::of(IdValue::Number(2))), "M114", Listeners::All));
     let with = |owns| move |pass| if pass == guest { Role::Operate } else { owns };
     let (line, role) = console.next_line(0, with(Role::Own)).expect("a line");
     assert_eq!((line.as_str(), role), ("M500\n", Role::Own));
@@ -36,16 +37,16 @@ fn a_line_has_the_role_that_its_sender_has_when_it_is_handed_over() {
     let (line, role) = console.next_line(0, with(Role::Nobody)).expect("a line of who still may");
     assert_eq!((line.as_str(), role), ("M114\n", Role::Operate), "the owner has logged out: M501 is dropped");
     let outcome = console.take_outcome().expect("an outcome");
-    assert_eq!((outcome.id, outcome.ending), (Some(Id::Number(1)), Ending::Refused(None)));
+    assert_eq!((outcome.id, outcome.ending), (Some(Id::of(IdValue::Number(1))), Ending::Refused(None)));
     console.hear(&[DONE], 5_000);
     let outcome = console.take_outcome().expect("an outcome");
-    assert_eq!((outcome.id, outcome.ending), (Some(Id::Number(2)), Ending::Done));
+    assert_eq!((outcome.id, outcome.ending), (Some(Id::of(IdValue::Number(2))), Ending::Done));
 }
 
 #[test]
 fn a_script_is_handed_over_line_by_line_and_done_with_the_last() {
     let mut console = console();
-    assert!(take(&mut console, ASKER, Some(Id::Number(5)), "G28\n\n M104 S200 \nG1 X1", Listeners::All));
+    assert!(take(&mut console, ASKER, Some(Id::of(IdValue::Number(5))), "G28\n\n M104 S200 \nG1 X1", Listeners::All));
     assert_eq!(next_line(&mut console).as_deref(), Some("G28\n"));
     assert_eq!(next_line(&mut console), None, "one at a time");
     console.hear(b"ok\n\x06", 5_000);
@@ -55,7 +56,7 @@ fn a_script_is_handed_over_line_by_line_and_done_with_the_last() {
     assert_eq!(next_line(&mut console).as_deref(), Some("G1 X1\n"));
     console.hear(b"ok\n\x06", 5_000);
     let outcome = console.take_outcome().expect("an outcome");
-    assert_eq!((outcome.asker, outcome.id, outcome.said), (ASKER, Some(Id::Number(5)), 57));
+    assert_eq!((outcome.asker, outcome.id, outcome.said), (ASKER, Some(Id::of(IdValue::Number(5))), 57));
     assert_eq!(outcome.ending, Ending::Refused(Some(24)), "with the place of the reason");
     assert_eq!(console.line(24).as_ref().map(Said::reason), Some("too hot"));
     assert_eq!(text(&console, 24), Some(("!! error:too hot".try_into().unwrap(), 46)));

@@ -15,6 +15,7 @@ use units::Celsius;
 
 use crate::{CLIENTS, Memory, PERIOD_MS, Site};
 
+mod batch;
 mod console;
 mod stores;
 
@@ -315,7 +316,9 @@ fn what_is_no_call_is_an_error() {
         ("nonsense", -32_700),
         (r#"{"method":"printer.info","id":1"#, -32_700),
         (r#"{"id":1}"#, -32_600),
-        (r#"[{"method":"printer.info","id":1}]"#, -32_600),
+        ("[]", -32_600),
+        ("[", -32_700),
+        (r#"[7]"#, -32_600),
         (r#"{"method":"no.such","id":1}"#, -32_601),
         (r#"{"method":"printer.gcode.script","id":1}"#, -32_602),
         (r#"{"method":"printer.gcode.script","params":{"script":"G1\u0018"},"id":1}"#, -32_602),
