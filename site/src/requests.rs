@@ -11,6 +11,8 @@ use crate::routes::{Handler, ROUTES, UPLOAD_BYTES};
 use crate::serving::Begun;
 use crate::site::{BodyCall, Site, Slot, Work};
 
+/// Room for a count in a query, bytes.
+const COUNT_BYTES: usize = 20;
 /// Time after which a call that is still read makes room for another, milliseconds.
 const CALL_MS: u64 = 2_000;
 
@@ -89,6 +91,11 @@ impl<const N: usize> Site<N> {
             Handler::PrinterInfo => json(Content::Printer),
             Handler::ListObjects => json(Content::Names),
             Handler::QueryObjects => json(Content::State(self.objects_of(request))),
+            Handler::Lines => match request.query.value("count", &mut [0; COUNT_BYTES]).map(str::parse) {
+                Some(Err(_)) => Begun::Refuse(Status::BadRequest, "count is a number of lines"),
+                count => json(self.lines(count.and_then(Result::ok))),
+            },
+            Handler::Temperatures => json(Content::Temperatures),
             Handler::Ask(ask) => self.begin_question(ask, place, request),
             Handler::UploadPart => self.begin_part(request, card),
             Handler::Upload | Handler::File | Handler::RemoveFile | Handler::Page => {

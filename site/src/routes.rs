@@ -14,6 +14,10 @@ pub enum Handler {
     PrinterInfo,
     ListObjects,
     QueryObjects,
+    /// Lines of the console from before, as many as the query says.
+    Lines,
+    /// Temperatures of the last minutes.
+    Temperatures,
     /// One call or several, as over the WebSocket, which are the body.
     Calls,
     /// Call whose parameters are the body, if there is one.
@@ -57,6 +61,8 @@ pub const ROUTES: Routes<Handler> = Routes(&[
     get("/printer/info", Role::Watch, "state of the machine, in short", Handler::PrinterInfo),
     get("/printer/objects/list", Role::Watch, "names of all objects of the machine's state", Handler::ListObjects),
     get("/printer/objects/query", Role::Watch, "objects of the machine's state", Handler::QueryObjects),
+    get("/server/gcode_store", Role::Watch, "lines of the console from before", Handler::Lines),
+    get("/server/temperature_store", Role::Watch, "temperatures of the last minutes", Handler::Temperatures),
     Route {
         method: Method::Post,
         path: "/printer/emergency_stop",
@@ -118,12 +124,14 @@ mod tests {
     /// What each role may ask, written once more: a row that is changed or added has to be decided on here.
     #[test]
     fn each_role_may_ask_for_what_is_written_here() {
-        const LEAST: [(Method, &str, Role); 20] = [
+        const LEAST: [(Method, &str, Role); 22] = [
             (Method::Get, "/websocket", Role::Nobody),
             (Method::Get, "/server/info", Role::Watch),
             (Method::Get, "/printer/info", Role::Watch),
             (Method::Get, "/printer/objects/list", Role::Watch),
             (Method::Get, "/printer/objects/query", Role::Watch),
+            (Method::Get, "/server/gcode_store", Role::Watch),
+            (Method::Get, "/server/temperature_store", Role::Watch),
             (Method::Post, "/printer/emergency_stop", Role::Watch),
             (Method::Get, "/server/files/list", Role::Watch),
             (Method::Get, "/server/files/directory", Role::Watch),

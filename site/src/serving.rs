@@ -88,6 +88,8 @@ impl<const N: usize> Site<N> {
             | Handler::PrinterInfo
             | Handler::ListObjects
             | Handler::QueryObjects
+            | Handler::Lines
+            | Handler::Temperatures
             | Handler::EmergencyStop
             | Handler::UploadPart
             | Handler::Calls

@@ -88,6 +88,10 @@ fn temperatures_of_ten_minutes_are_told_one_a_second() {
     let chamber = list(&answer, "temperature_sensor chamber", "temperatures");
     assert!(chamber.len() == 405 && chamber[5..].iter().all(|none| none.is_nan()), "{chamber:?}");
     assert!(answer.ends_with(r#"]}},"id":1}"#), "no targets of a sensor: {}", &answer[answer.len() - 60..]);
+    desk.open(1);
+    let same = desk.get_whole(1, "/server/temperature_store");
+    let told = answer.strip_prefix(r#"{"jsonrpc":"2.0","#).and_then(|rest| rest.strip_suffix(r#","id":1}"#));
+    assert_eq!(same.strip_prefix('{').and_then(|rest| rest.strip_suffix('}')), told, "as over the WebSocket");
     for _ in 0..1_000 {
         desk.now += 1_000;
         desk.site.show(&state, desk.now);
@@ -111,6 +115,12 @@ fn lines_from_before_are_told_to_who_comes() {
     assert_eq!(told, [format!(r#"{{"jsonrpc":"2.0","result":{{"eventtime":10.5,{lines}"#)]);
     let told = desk.call(1, r#"{"method":"server.gcode_store","params":{"count":1},"id":3}"#);
     assert!(told[0].contains(r#""gcode_store":[{"message":"!! ALARM"#), "{told:?}");
+    desk.open(2);
+    let list = desk.get_whole(2, "/server/gcode_store");
+    assert_eq!(list, format!(r#"{{"result":{{"eventtime":10.5,{}}}"#, lines.replace(r#","id":2}"#, "")));
+    assert!(desk.get_whole(2, "/server/gcode_store?count=1").contains(r#""gcode_store":[{"message":"!! ALARM"#));
+    let wrong = desk.get(2, "/server/gcode_store?count=many");
+    assert!(wrong.starts_with("HTTP/1.1 400 ") && wrong.contains("count is a number of lines"), "{wrong}");
     // All of what is kept, by rooms of one line and of many.
     (0..300).for_each(|number| desk.say(format!("line {number}\n").as_bytes()));
     let answers = [1_000, 1_460, 9_000].map(|room| {
