@@ -14,7 +14,6 @@ use base::ports::{
     PasswordRecord, Storage,
 };
 use base::sessions::{Intake, Rights};
-use base::snapshot::Snapshot;
 use bsp_prime::ethernet::{Duplex, Ethernet, EthernetError, Link, LinkMode, Parts, Speed};
 use bsp_prime::random::RandomWords;
 use bsp_prime::time;

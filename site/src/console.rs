@@ -7,6 +7,7 @@ use http::Role;
 use crate::access::Pass;
 use crate::calls::{Id, SCRIPT_BYTES};
 use crate::jog::JOG_PLACE;
+use crate::messages::{Messages, TEXT_BYTES};
 
 /// Most scripts that wait, or are carried out.
 const SCRIPTS: usize = 6;
@@ -18,8 +19,6 @@ pub const SAID_BYTES: usize = 4_096;
 pub const LINE_BYTES: usize = 324;
 /// Mark before what is refused, and before faults.
 const MARK: &str = "!! ";
-/// Longest text of a fault.
-pub const FAULT_BYTES: usize = 120;
 /// Time for which the machine waits for a listener who takes nothing, milliseconds.
 const PATIENCE_MS: u64 = 2_000;
 /// Time after which a long answer to one visitor is broken off, if another's lines wait, milliseconds.
@@ -152,8 +151,10 @@ pub struct Console {
     now_s: u32,
     held_since_ms: Option<u64>,
     /// The last line that said a fault, and whether it is the one of a halt that lasts.
-    fault: String<FAULT_BYTES>,
+    fault: String<TEXT_BYTES>,
     is_halted: bool,
+    /// The last messages, whatever was said behind them.
+    pub messages: Messages,
 }
 
 impl Console {
@@ -173,6 +174,7 @@ impl Console {
             held_since_ms: None,
             fault: String::new(),
             is_halted: false,
+            messages: Messages::new(),
         }
     }
 
@@ -372,6 +374,9 @@ impl Console {
             && let Some(script) = self.in_work_mut()
         {
             script.reason = Some(at);
+        }
+        if listener == EVERYBODY {
+            self.messages.take(&line, self.now_s);
         }
         // A visitor who alone listens gets the machine's own words.
         let mark = if (is_fault || is_reason) && listener == EVERYBODY { MARK } else { "" };

@@ -19,6 +19,7 @@ mod jog;
 mod macros;
 mod memory;
 mod mesh;
+mod messages;
 mod objects;
 mod path;
 mod questions;

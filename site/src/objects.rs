@@ -11,6 +11,7 @@ use units::{Axis, MAX_HEATERS};
 
 use crate::assets::fnv;
 use crate::mesh::{self, Heights};
+use crate::messages::{MESSAGES, Messages};
 
 mod velvet;
 
@@ -26,6 +27,7 @@ pub enum Object {
     VirtualSdcard,
     DisplayStatus,
     IdleTimeout,
+    Messages,
     BedMesh,
     Velvet,
     /// Heater or sensor, by its place in the snapshot.
@@ -34,7 +36,7 @@ pub enum Object {
     Fan(u8),
 }
 
-const FIXED: [(Object, &str); 11] = [
+const FIXED: [(Object, &str); 12] = [
     (Object::Webhooks, "webhooks"),
     (Object::Toolhead, "toolhead"),
     (Object::GcodeMove, "gcode_move"),
@@ -44,6 +46,7 @@ const FIXED: [(Object, &str); 11] = [
     (Object::VirtualSdcard, "virtual_sdcard"),
     (Object::DisplayStatus, "display_status"),
     (Object::IdleTimeout, "idle_timeout"),
+    (Object::Messages, "velvet_messages"),
     (Object::BedMesh, "bed_mesh"),
     (Object::Velvet, "velvet"),
 ];
@@ -150,31 +153,46 @@ pub struct Told<'t> {
     pub fault: Option<&'t str>,
     /// Heights of the bed.
     pub heights: &'t Heights,
+    /// Messages of the machine.
+    pub messages: &'t Messages,
 }
 
-/// Parts in which objects are written: one for each, and a second one for `velvet`; those of the mesh.
+/// Parts in which objects are written: one for each, and a second one for `velvet`; those of the mesh; one
+/// for each message.
 const MESH: usize = MAX_OBJECTS + 1;
+const WORDS: usize = MESH + 1 + mesh::PARTS;
 /// Most parts in which objects are written.
-pub const PARTS: usize = MESH + 1 + mesh::PARTS;
+pub const PARTS: usize = WORDS + MESSAGES;
 /// Part that has the rest of `velvet`, behind its first.
 const REST: usize = FIXED.len();
-/// Place of the mesh, which is written behind all others.
+/// Places of the mesh and of messages, which are written behind all others.
 const MESH_PLACE: usize = REST - 2;
+const WORDS_PLACE: usize = REST - 3;
 
 /// Writes a part of the objects of a set.
 pub fn write_part(part: usize, set: Objects, told: &Told<'_>, json: &mut Writer<'_, '_>) {
-    let Told { of, fault, heights } = *told;
+    let Told { of, fault, heights, messages } = *told;
     let place = match part {
         ..REST => part,
         REST..MESH => part - 1,
-        _ => MESH_PLACE,
+        MESH..WORDS => MESH_PLACE,
+        _ => WORDS_PLACE,
     };
-    if set & 1 << place == 0 || place == MESH_PLACE && part < MESH {
+    if set & 1 << place == 0 || matches!(place, MESH_PLACE | WORDS_PLACE) && part < MESH {
         return;
     }
     if part == REST {
         velvet::write_rest(of, fault, json);
         json.end_object();
+    } else if part >= WORDS {
+        if part == WORDS {
+            write(place, of, fault, json);
+        }
+        messages.write(part - WORDS, json);
+        if part + 1 == PARTS {
+            json.end_array();
+            json.end_object();
+        }
     } else if part > MESH {
         mesh::write(part - MESH - 1, of, heights, json);
     } else {
@@ -209,6 +227,10 @@ fn write(place: usize, of: &Snapshot, fault: Option<&str>, json: &mut Writer<'_,
         Object::IdleTimeout => {
             json.key("state");
             json.text(if under_way(of).is_some() || of.speed.0 > 0.0 { "Printing" } else { "Ready" });
+        }
+        Object::Messages => {
+            json.key("messages");
+            return json.begin_array();
         }
         Object::BedMesh => return mesh::begin(of, json),
         Object::Velvet => return velvet::write(of, json),
@@ -381,6 +403,9 @@ pub fn hash(place: usize, told: &Told<'_>) -> u32 {
     if place == MESH_PLACE {
         // The number changes with the heights.
         return told.of.mesh.map_or(0, |mesh| mesh.number ^ fnv(mesh.name.as_str().as_bytes()) as u32);
+    }
+    if place == WORDS_PLACE {
+        return told.messages.taken();
     }
     let mut text = [0; OBJECT_BYTES];
     let mut hash = |part| {

@@ -206,8 +206,9 @@ impl Tells<'_> {
             self.end(json);
             return Next::End;
         } else {
-            let told =
-                objects::Told { of: self.snapshot, fault: self.console.fault(), heights: &self.facts.stores.heights };
+            let Self { snapshot: of, console, facts, .. } = *self;
+            let (fault, heights) = (console.fault(), &facts.stores.heights);
+            let told = objects::Told { of, fault, heights, messages: &console.messages };
             objects::write_part(part as usize - 1, objects, &told, json);
         }
         Next::Part

@@ -188,11 +188,11 @@ impl<const N: usize> Site<N> {
         self.console.keep_fault(snapshot.state == State::Alarm);
         self.access.sessions.expire(now_ms);
         (self.now_ms, self.shown_ms, self.number) = (now_ms, now_ms, self.number.wrapping_add(1).max(1));
+        let Self { console, stores, .. } = self;
+        let (fault, heights) = (console.fault(), &stores.heights);
+        let told = Told { of: snapshot, fault, heights, messages: &console.messages };
         for (place, hash) in self.hashes.iter_mut().enumerate() {
-            *hash = objects::hash(
-                place,
-                &Told { of: snapshot, fault: self.console.fault(), heights: &self.stores.heights },
-            );
+            *hash = objects::hash(place, &told);
         }
     }
 

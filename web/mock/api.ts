@@ -50,6 +50,12 @@ export class Api {
   say(message: string): void {
     this.lines.push({ message, time: Date.now() / 1000, type: "response" });
     this.notify("notify_gcode_response", message);
+    const [, begin = "", text = ""] = /^(!!|error:|WARNING:|\/\/|echo:) ?(.*)/.exec(message) ?? [];
+    if (!begin) return;
+    const level = begin === "WARNING:" ? "warning" : /!!|error/.test(begin) ? "error" : "info";
+    const { fault } = this.machine.world.velvet;
+    const one = { time: this.now(), level, text, remedy: fault?.text === text ? fault.remedy : "" } as const;
+    this.machine.world.velvet_messages = { messages: [...this.machine.world.velvet_messages.messages, one].slice(-5) };
   }
 
   private fillStore(): void {

@@ -41,8 +41,9 @@ export function firstStatus(kind: "printer" | "mill"): World {
       tool: isMill ? { number: 1, name: "6 mm end mill", length: 41.2 } : null,
       spindle: isMill ? { rpm: 0, target: 0, direction: "off", max_rpm: 24000 } : null,
       laser: null, coolant: isMill ? { flood: false, mist: false } : null, overrides: { feed: 1, rapid: 1, spindle: 1 },
-      limits: { x_min: false, y_min: false, z_max: false }, probe: { is_triggered: false, last: null }, macros: 1, messages: [],
+      limits: { x_min: false, y_min: false, z_max: false }, probe: { is_triggered: false, last: null }, macros: 1,
     },
+    velvet_messages: { messages: [] },
   };
   if (!isMill) Object.assign(world, { extruder: { ...heater(300), can_extrude: false }, heater_bed: heater(120), "heater_generic chamber": heater(70) });
   return world;

@@ -289,6 +289,21 @@ page("has the lines from before it was opened", {}, async (on, { url, context })
   await second.getByText(/FIRMWARE_NAME/).first().waitFor();
 });
 
+page("has the machine's messages from before it was opened, with what to do, and no answers", {}, async (on, { board, url, context }) => {
+  if (!board) return;
+  await ready(on);
+  await typeLine(on, "MOCK_FAULT");
+  await on.getByRole("button", { name: "Unlock" }).click();
+  for (let turn = 0; turn < 6; turn++) await typeLine(on, "M115");
+  const second = await context.newPage();
+  await second.goto(url);
+  await ready(second);
+  const messages = second.getByRole("region", { name: "Messages" }).getByRole("log");
+  await messages.getByRole("listitem").filter({ hasText: "temperature fell by 24 C" }).filter({ hasText: "The sensor has come off" }).waitFor();
+  assert.equal(await messages.getByText("FIRMWARE_NAME").count(), 0);
+  assert.match(await text(second, ".words time"), /^\d\d:\d\d$/, "the time of today");
+});
+
 page("shows the mesh of the bed", {}, async (on) => {
   await ready(on);
   await visit(on, "Bed");

@@ -75,10 +75,12 @@ fn of_halted() -> Snapshot {
 #[test]
 fn every_object_fits_into_a_part() {
     let of = longest();
-    let fault = "\"".repeat(crate::console::FAULT_BYTES);
+    let fault = "\"".repeat(crate::messages::TEXT_BYTES);
     let mut heights = Heights::new();
     (0..units::MOST_SIDE).for_each(|row| heights.set(1, row, &[-12.345; units::MOST_SIDE]));
-    let told = Told { of: &of, fault: Some(&fault), heights: &heights };
+    let mut messages = Messages::new();
+    (0..MESSAGES).for_each(|_| messages.take(&format!("ALARM: robe {}", "\"".repeat(200)), u32::MAX));
+    let told = Told { of: &of, fault: Some(&fault), heights: &heights, messages: &messages };
     for part in 0..PARTS {
         let mut room = [0; 4_096];
         let mut parts = Parts::new();
@@ -92,7 +94,7 @@ fn every_object_fits_into_a_part() {
 }
 
 fn hash(place: usize, of: &Snapshot, fault: Option<&str>) -> u32 {
-    super::hash(place, &Told { of, fault, heights: &Heights::new() })
+    super::hash(place, &Told { of, fault, heights: &Heights::new(), messages: &Messages::new() })
 }
 
 #[test]

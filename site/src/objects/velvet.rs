@@ -113,9 +113,6 @@ pub(super) fn write_rest(of: &Snapshot, fault: Option<&str>, json: &mut Writer<'
     write_inputs(of, json);
     json.key("macros");
     json.number(u64::from(of.macros));
-    json.key("messages");
-    json.begin_array();
-    json.end_array();
 }
 
 fn write_spindle(spindle: Option<&SpindleShown>, json: &mut Writer<'_, '_>) {

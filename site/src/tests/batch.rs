@@ -41,7 +41,7 @@ fn calls_of_one_message_are_answered_by_one_array() {
         assert!(told[0].starts_with(&format!("[{INFO},{{\"jsonrpc\"")), "{told:?}");
         for (answer, holds) in answers.iter().zip([
             r#""app":"Velvet""#,
-            r#""messages":[]}}},"id":2"#,
+            r#""macros":0}}},"id":2"#,
             r#""code":-32601,"message":"there is no such method"},"id":3"#,
             r#""code":-32600,"message":"the message names no method"},"id":null"#,
             r#""code":-32600"#,

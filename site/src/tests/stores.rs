@@ -141,6 +141,40 @@ fn lines_from_before_are_told_to_who_comes() {
 }
 
 #[test]
+fn messages_from_before_are_told_whatever_was_answered_since() {
+    let mut desk = Desk::new(Role::Operate);
+    desk.say(b"// network: 10.0.0.9\nWARNING: fan has no tachometer\n");
+    desk.now += 60_000;
+    desk.say(b"\x07ALARM: Hard limit -X was hit (minx)\n");
+    (0..300).for_each(|number| desk.say(format!("line {number}\n").as_bytes()));
+    desk.upgrade(0);
+    let ask =
+        r#"{"method":"printer.objects.subscribe","params":{"objects":{"velvet":null,"velvet_messages":null}},"id":1}"#;
+    let told = desk.call(0, ask);
+    let limit = "Release the machine, move the axis away from its switch, and home it.";
+    let all = format!(
+        r#""messages":[{{"time":1,"level":"info","text":"network: 10.0.0.9","remedy":""}},{{"time":1,"level":"warning","text":"fan has no tachometer","remedy":""}},{{"time":61,"level":"error","text":"ALARM: Hard limit -X was hit (minx)","remedy":"{limit}"}}]}}}}}},"id":1}}"#
+    );
+    assert!(told[0].ends_with(&all), "{told:?}");
+    desk.show(0, &snapshot());
+    // An answer to one visitor is none; a refusal of what everybody hears is one, and comes by itself.
+    desk.call(0, r#"{"method":"velvet.ask","params":{"script":"x"},"id":2}"#);
+    desk.next_line();
+    desk.say(b"error:unknown\n\x15");
+    let told = desk.show(0, &snapshot());
+    assert!(!told.iter().any(|told| told.contains("status_update")), "{told:?}");
+    (0..5).for_each(|number| desk.say(format!("error:line {number}\n").as_bytes()));
+    let told = desk.show(0, &snapshot());
+    let update = told.iter().find(|told| told.contains("status_update")).expect("more messages");
+    assert!(
+        update.contains(r#""params":[{"velvet_messages":{"messages":[{"time":61,"level":"error","text":"line 0","#)
+            && update.contains(r#""text":"line 4","remedy":""}]"#),
+        "{update}"
+    );
+    assert!(!update.contains("tachometer") && update.matches(r#""level":"error""#).count() == 5, "{update}");
+}
+
+#[test]
 fn what_others_change_is_told_once_in_a_while_and_own_changes_once() {
     let mut desk = Desk::new(Role::Own);
     desk.card.put("/sd/a.g", b"x");

@@ -63,7 +63,8 @@ export interface Fault { code: string; text: string; remedy: string; since?: num
 export interface Offset { name: string; at: number[] }
 export interface Tool { number: number; name: string; length: number }
 export interface Spindle { rpm: number; target: number; direction: "off" | "clockwise" | "counterclockwise"; max_rpm: number }
-export interface Message { time: number; level: Level; text: string }
+/** Time in seconds since the board's start; the remedy is empty where nothing is to be done. */
+export interface Message { time: number; level: Level; text: string; remedy: string }
 /** What Moonraker has no words for. */
 export interface Velvet {
   machine: MachineKind;
@@ -81,7 +82,6 @@ export interface Velvet {
   probe: { is_triggered: boolean; last: number[] | null } | null;
   /** Number of the list of macros: another one when they were read anew. */
   macros: number;
-  messages: Message[];
 }
 
 /** Every object by name. Heaters, fans and sensors beyond these are named by a prefix: `heater_generic chamber`. */
@@ -100,6 +100,7 @@ export interface Objects {
   bed_mesh: BedMesh;
   idle_timeout: IdleTimeout;
   velvet: Velvet;
+  velvet_messages: { messages: Message[] };
 }
 export type ObjectName = keyof Objects;
 export type Status = { [name: string]: object };

@@ -4,7 +4,7 @@ import { Button, Card, Dialog, Empty } from "../shell/parts";
 import { clock, plainName } from "../shell/format";
 import { keep, type Macro, macros, named, play, played, press } from "../state/buttons";
 import { codes, consoleLines, isBad } from "../state/history";
-import { isFree, isLive, mode, obj } from "../state/machine";
+import { eventTime, isFree, isLive, mode, obj } from "../state/machine";
 import { script } from "../state/notices";
 import { isOwner, mayOperate } from "../state/session";
 
@@ -93,12 +93,12 @@ export function Macros() {
   );
 }
 
-interface Word { time: number; isBad: boolean; text: string }
+interface Word { time: number; isBad: boolean; text: string; remedy?: string }
 
 /** What the machine counts as a message, or else the last lines that were more than an answer. */
 function lastWords(): Word[] {
-  const messages = obj("velvet")?.messages ?? [];
-  if (messages.length) return messages.map((one) => ({ time: one.time, isBad: one.level === "error", text: one.text }));
+  const told = obj("velvet_messages")?.messages;
+  if (told) return told.map((one) => ({ ...one, time: one.time + Date.now() / 1000 - eventTime.peek(), isBad: one.level === "error" }));
   return consoleLines.value.filter((line) => line.type === "response" && !/^ok\b/.test(line.message))
     .map((line) => ({ time: line.time, isBad: isBad(line.message), text: line.message.replace(/^(!!|\/\/|error:) ?/, "") }));
 }
@@ -108,9 +108,11 @@ export function LastWords() {
   return (
     <Card title="Messages" aside={<a class="more" href="#/console">Console</a>}>
       {said.length === 0 && <Empty>Nothing has happened yet.</Empty>}
-      <ul class="words">
-        {said.map((one, at) => <li key={`${one.time}${at}`} class={one.isBad ? "wrong" : ""}><time>{clock(one.time)}</time><span>{one.text}</span></li>)}
-      </ul>
+      <div role="log">
+        <ul class="words">
+          {said.map((one) => <li key={one.text} class={one.isBad ? "wrong" : ""}><time>{clock(one.time)}</time><span>{one.text} <small>{one.remedy}</small></span></li>)}
+        </ul>
+      </div>
     </Card>
   );
 }
