@@ -15,6 +15,9 @@ pub const MAX_SHOWN_FANS: usize = config::MAX_FANS;
 /// Coordinate systems that are shown: G54 to G59.
 pub const SHOWN_SYSTEMS: usize = 6;
 
+/// Room for the names of a laser's interlocks: as much as the setting has, and a comma.
+const INTERLOCK_BYTES: usize = 97;
+
 /// The machine at a moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
@@ -66,6 +69,8 @@ pub struct Snapshot {
     pub tool: Option<(u32, f64)>,
     /// The spindle, where an output turns one.
     pub spindle: Option<SpindleShown>,
+    /// The laser, where there is one.
+    pub laser: Option<LaserShown>,
     /// Whether flood and mist are on; none where no output is coolant's.
     pub coolant: Option<[bool; 2]>,
     /// The mesh that levels the machine, while one does.
@@ -120,6 +125,21 @@ pub struct SpindleShown {
     pub most: f32,
     /// Operator's factor; 1 is as programmed.
     pub factor: f32,
+}
+
+/// State of the laser.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LaserShown {
+    /// Power that comes out now, a share of full power.
+    pub power: f32,
+    /// Code in force: M3 is clockwise, M4 counterclockwise.
+    pub mode: Spindle,
+    /// Whether the beam is that of a test at rest (`fire`).
+    pub is_test: bool,
+    /// Whether it shows the place during a jog.
+    pub is_framing: bool,
+    /// Names of interlocks that are open, each with a comma behind.
+    pub open: heapless::String<INTERLOCK_BYTES>,
 }
 
 /// A heater, or a sensor without one.

@@ -66,6 +66,12 @@ impl Laser {
         self.factor_less_one = factor - 1.0;
     }
 
+    /// Returns the power at the output, a share of full power, before delays.
+    #[must_use]
+    pub const fn power(&self) -> f32 {
+        self.shown
+    }
+
     /// Takes up the levels of the block in execution, `level` being its first, from this distance on.
     #[inline(never)]
     pub fn run_block(&mut self, store: &PowerStore, block: u32, level: u16, travelled: f64) {

@@ -167,6 +167,14 @@ impl Beam {
         Ok(percent as f32)
     }
 
+    /// Returns the power that comes out, a share of full power, while the path has this one; and whether it
+    /// is the beam that `fire` has lit.
+    #[must_use]
+    pub fn power(&self, most: f32, path: f32) -> (f32, bool) {
+        let share = if self.given != 0 { self.percent(most) / 100.0 } else { path };
+        (if self.is_unlocked && !self.is_dark { share } else { 0.0 }, self.fire.is_some() && self.given != 0)
+    }
+
     /// Returns the beam at rest, percent of full power.
     fn percent(&self, most: f32) -> f32 {
         f32::from(self.given) / f32::from(u16::MAX) / most.max(f32::EPSILON) * 100.0

@@ -3,7 +3,7 @@
     ("/index.html", "text/html; charset=utf-8", include_bytes!("index.html.gz")),
     ("/style-fcc776d373.css", "text/css; charset=utf-8", include_bytes!("style-fcc776d373.css.gz")),
     ("/shell-99aea7ccbf.js", "text/javascript; charset=utf-8", include_bytes!("shell-99aea7ccbf.js.gz")),
-    ("/more-dd92ac2225.js", "text/javascript; charset=utf-8", include_bytes!("more-dd92ac2225.js.gz")),
+    ("/more-9b6a4c2947.js", "text/javascript; charset=utf-8", include_bytes!("more-9b6a4c2947.js.gz")),
     ("/views-95db6dc7de.css", "text/css; charset=utf-8", include_bytes!("views-95db6dc7de.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
     ("/settings-8abdd1c10f.json", "application/json", include_bytes!("settings-8abdd1c10f.json.gz")),

@@ -457,6 +457,23 @@ page("a mill: large positions, zero, offsets, spindle", { kind: "mill" }, async 
   await until("stored", async () => (await on.getByLabel("G55 Z").inputValue()) === "-12.500");
 });
 
+page("a mill: the laser's power, what it does, and interlocks that are open", { kind: "mill" }, async (on, { board }) => {
+  await ready(on);
+  assert.equal(await on.getByRole("region", { name: "Laser" }).count(), 0, "no laser, no card");
+  const show = (fields: object) => board!.machine.change({ laser: { power: 0, mode: "off", on: false, test: false, framing: false, open: [], ...fields } });
+  const card = on.getByRole("region", { name: "Laser" });
+  for (const [fields, says] of [
+    [{}, "off"], [{ mode: "M4" }, "M4"], [{ mode: "M4", power: 0.25, on: true }, "fires"], [{ power: 0.05, on: true, test: true }, "test"],
+    [{ mode: "M3", power: 0.02, on: true, framing: true }, "framing"], [{ mode: "M4", open: ["lid", "door"] }, "locked"],
+  ] as const) {
+    show(fields);
+    await card.locator(".tag", { hasText: says }).waitFor();
+  }
+  await card.getByText("Open: lid, door").waitFor();
+  show({ power: 0.123, on: true });
+  await card.getByText("12.3").waitFor();
+});
+
 page("a mill: the probe finds zero step by step", { kind: "mill", speed: 10 }, async (on) => {
   await ready(on);
   await visit(on, "Work");

@@ -61,6 +61,13 @@ impl Motion {
         self.laser.at.factor()
     }
 
+    /// Returns the power that the path has by now, a share of full power: the output follows within a
+    /// millisecond and its delays, unless it is locked.
+    #[must_use]
+    pub fn power(&self) -> f32 {
+        self.laser.at.power()
+    }
+
     /// Whether no more changes of level fit along the blocks that wait.
     pub(super) fn has_full_levels(&self) -> bool {
         let is_on = self.laser.is_configured() && !self.planner.is_empty();

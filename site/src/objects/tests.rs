@@ -2,7 +2,7 @@
 
 use super::*;
 use base::bed::MeshName;
-use base::snapshot::{LimitShown, MeshShown, ProbeShown, SpindleShown};
+use base::snapshot::{LaserShown, LimitShown, MeshShown, ProbeShown, SpindleShown};
 use units::{Celsius, MmPerSecond, PerAxis};
 
 /// A machine whose every text and number is as long as can be.
@@ -27,6 +27,12 @@ fn longest() -> Snapshot {
             set: 123_456.7,
             most: 123_456.7,
             factor: 12.345,
+        }),
+        laser: Some(LaserShown {
+            power: 0.123,
+            mode: program::Spindle::Clockwise,
+            open: "n,".repeat(48).as_str().try_into().unwrap(),
+            ..LaserShown::default()
         }),
         coolant: Some([false; 2]),
         mesh: Some(MeshShown {
@@ -111,6 +117,37 @@ fn a_hash_changes_with_each_field() {
     // The rest of `velvet` counts, and what the machine said.
     let changed = Snapshot { coolant: Some([true, false]), ..Snapshot::default() };
     let velvet = REST - 1;
+    let open = "lid,door,".try_into().unwrap();
+    let laser =
+        Some(LaserShown { power: 0.25, mode: program::Spindle::CounterClockwise, open, ..LaserShown::default() });
+    let changed_laser = Snapshot { laser, ..Snapshot::default() };
+    assert_ne!(hash(velvet, &changed_laser, None), before[velvet]);
     assert_ne!(hash(velvet, &changed, None), before[velvet]);
     assert_ne!(hash(velvet, &of_halted(), Some("one")), hash(velvet, &of_halted(), Some("other")));
+}
+
+#[test]
+fn a_laser_is_told_with_its_open_interlocks() {
+    let told = |laser: Option<LaserShown>, spindle| {
+        let of = Snapshot { laser, spindle, ..Snapshot::default() };
+        let (messages, heights) = (Messages::new(), Heights::new());
+        let told = Told { of: &of, fault: None, heights: &heights, messages: &messages };
+        let mut text = [0; 4_096];
+        let made = Parts::new().make(&mut text, |part, json| {
+            write_part(part as usize, 1 << (REST - 1), &told, json);
+            if part as usize + 1 == PARTS { Next::End } else { Next::Part }
+        });
+        let Made::Last(length) = made else { panic!("{made:?}") };
+        String::from_utf8_lossy(&text[..length]).into_owned()
+    };
+    let open = "lid,door,".try_into().unwrap();
+    let laser =
+        LaserShown { power: 0.25, mode: program::Spindle::CounterClockwise, is_test: true, is_framing: false, open };
+    let json = told(Some(laser.clone()), None);
+    let fields = r#""laser":{"power":0.25,"mode":"M4","on":true,"test":true,"framing":false,"open":["lid","door"]}"#;
+    assert!(json.contains(fields) && json.contains(r#""machine":"laser""#), "{json}");
+    let json = told(Some(LaserShown::default()), Some(SpindleShown::default()));
+    assert!(json.contains(r#""power":0,"mode":"off","on":false,"test":false,"framing":false,"open":[]}"#), "{json}");
+    assert!(json.contains(r#""machine":"mill""#), "with a spindle too: {json}");
+    assert!(told(None, None).contains(r#""laser":null"#));
 }

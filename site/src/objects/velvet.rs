@@ -1,6 +1,6 @@
 //! Fields that Moonraker has no words for: `docs/api.md`, object `velvet`.
 
-use base::snapshot::{Snapshot, SpindleShown};
+use base::snapshot::{LaserShown, Snapshot, SpindleShown};
 use http::json::Writer;
 use program::{Spindle, State};
 
@@ -13,7 +13,11 @@ const SYSTEMS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "
 /// Writes the first part of the object, which stays open.
 pub(super) fn write(of: &Snapshot, json: &mut Writer<'_, '_>) {
     json.key("machine");
-    json.text(if of.heaters.is_empty() { "mill" } else { "printer" });
+    json.text(match of.laser {
+        _ if !of.heaters.is_empty() => "printer",
+        Some(_) if of.spindle.is_none() => "laser",
+        _ => "mill",
+    });
     json.key("mode");
     json.text(if of.state == State::Invalid { "Alarm" } else { of.state.name() });
     json.key("axes");
@@ -96,8 +100,7 @@ pub(super) fn write_rest(of: &Snapshot, fault: Option<&str>, json: &mut Writer<'
         None => json.null(),
     }
     write_spindle(of.spindle.as_ref(), json);
-    json.key("laser");
-    json.null();
+    write_laser(of.laser.as_ref(), json);
     json.key("coolant");
     match of.coolant {
         Some(on) => {
@@ -129,6 +132,29 @@ fn write_spindle(spindle: Option<&SpindleShown>, json: &mut Writer<'_, '_>) {
         Spindle::Clockwise => "clockwise",
         Spindle::CounterClockwise => "counterclockwise",
     });
+    json.end_object();
+}
+
+fn write_laser(laser: Option<&LaserShown>, json: &mut Writer<'_, '_>) {
+    json.key("laser");
+    let Some(laser) = laser else { return json.null() };
+    json.begin_object();
+    json.key("power");
+    json.float(f64::from(laser.power), 3);
+    json.key("mode");
+    json.text(match laser.mode {
+        Spindle::Stopped => "off",
+        Spindle::Clockwise => "M3",
+        Spindle::CounterClockwise => "M4",
+    });
+    for (key, is_so) in [("on", laser.power > 0.0), ("test", laser.is_test), ("framing", laser.is_framing)] {
+        json.key(key);
+        json.bool(is_so);
+    }
+    json.key("open");
+    json.begin_array();
+    laser.open.split_terminator(',').for_each(|name| json.text(name));
+    json.end_array();
     json.end_object();
 }
 

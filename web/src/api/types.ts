@@ -75,7 +75,8 @@ export interface Velvet {
   coordinates: { active: string; offsets: Offset[] };
   tool: Tool | null;
   spindle: Spindle | null;
-  laser: { power: number; on: boolean } | null;
+  /** Power that comes out now, a share of full power; the code in force; why it burns beside a path; interlocks that are open. */
+  laser: { power: number; mode: "off" | "M3" | "M4"; on: boolean; test: boolean; framing: boolean; open: string[] } | null;
   coolant: { flood: boolean; mist: boolean } | null;
   overrides: { feed: number; rapid: number; spindle: number };
   limits: Record<string, boolean>;

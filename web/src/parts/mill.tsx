@@ -112,9 +112,12 @@ export function Signals() {
 export function LaserCard() {
   const laser = obj("velvet")?.laser;
   if (!laser) return null;
+  const { on, open } = laser;
+  const what = open[0] ? "locked" : laser.test ? "test" : laser.framing ? "framing" : on ? "fires" : laser.mode;
   return (
-    <Card title="Laser" aside={<span class={laser.on ? "tag bad" : "tag"}>{laser.on ? "fires" : "off"}</span>}>
-      <div class="tiles"><div><b>{num(laser.power * 100, 0)}<small> %</small></b><span>power</span></div></div>
+    <Card title="Laser" aside={<span class={on ? "tag bad" : "tag"}>{what}</span>}>
+      <div class="tiles"><div><b>{num(laser.power * 100, 1)}<small> %</small></b><span>power</span></div></div>
+      {open[0] && <p class="note">Open: {open.join(", ")}</p>}
       <div class="row end"><Button kind="danger" disabled={!mayOperate.value || !isLive.value} onPress={() => script("M5")}>Off</Button></div>
     </Card>
   );

@@ -7,10 +7,12 @@ use base::failure::{Answer, Outcome};
 use base::ports::{Clock as _, Input, MotionPort as _};
 use base::safety::Event;
 use base::sessions::{Recipient, SessionId};
+use base::snapshot::LaserShown;
 use base::tuning::Tuning;
 use base::{Ports, World};
 use config::{LaserInHold, MachineConfig};
 use gcode::realtime::Realtime;
+use heapless::String;
 use jobs::player::Jobs;
 use parts::laser::{self, Beam};
 use parts::outputs::Outputs;
@@ -179,12 +181,38 @@ fn tell_open<'c>(hands: &mut impl LaserHands<'c>, name: &str, then: Arguments<'_
 
 /// Returns the first interlock that is open.
 fn open_interlock<'c, P: Ports>(world: &World<'c, P>) -> Option<&'c str> {
+    open_interlocks(world).next()
+}
+
+fn open_interlocks<'c, P: Ports>(world: &World<'c, P>) -> impl Iterator<Item = &'c str> + use<'c, P> {
     let config: &'c MachineConfig = world.config;
     let levels = world.ports.inputs();
-    config.laser.interlock_names().find(|name| {
+    config.laser.interlock_names().filter(move |name| {
         let place = config.switches.iter().position(|switch| switch.name == *name);
         place.is_none_or(|place| levels.is_active(Input::Switch(place as u8)))
     })
+}
+
+/// Returns the laser as viewers see it, while the machine is in this state; none where there is none.
+pub(crate) fn shown<P: Ports>(
+    world: &mut World<'_, P>,
+    program: &Interpreter,
+    beam: &Beam,
+    state: State,
+) -> Option<LaserShown> {
+    if !has_laser(world.config) {
+        return None;
+    }
+    let path = world.ports.motion(|motion| motion.power());
+    let (power, is_test) = beam.power(world.config.laser.maximum_power, path);
+    let is_framing = state == State::Jog && power > 0.0;
+    let mut shown =
+        LaserShown { power, mode: program.modal().auxiliary.spindle, is_test, is_framing, open: String::new() };
+    for piece in open_interlocks(world).flat_map(|name| [name, ","]) {
+        // There is room for all of them.
+        let _ = shown.open.push_str(piece);
+    }
+    Some(shown)
 }
 
 fn is_door_open<P: Ports>(world: &World<'_, P>) -> bool {

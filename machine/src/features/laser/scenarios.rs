@@ -1,5 +1,6 @@
 //! The laser: which moves have power, what locks it, and its beam at rest.
 
+use program::Spindle;
 use scenarios::{Bench, CARTESIAN, Plan};
 
 use crate::operation::press;
@@ -169,6 +170,40 @@ fn a_jog_shows_the_place_with_no_more_than_the_power_for_framing() {
         assert_eq!(most, duty, "{s}");
         assert_eq!(bench.world(|world| world.laser().duty()), 0, "{s}: it rests");
     }
+}
+
+#[test]
+fn viewers_see_the_power_that_comes_out_and_the_interlocks_that_are_open() {
+    let look = |bench: &mut Bench| {
+        bench.network(|network| (network.is_viewed, network.shown) = (true, None));
+        bench.hear(0.05);
+        let laser = bench.network(|network| network.shown.take()).and_then(|shown| shown.laser).expect("a laser");
+        ((laser.power * 1_000.0).round(), laser.mode, laser.is_test, laser.is_framing, laser.open.to_string())
+    };
+    let mut bench = plan().set("[laser] framing_power = 0.02").start();
+    bench.run(&["G28.3 X50 Y50 Z10"]);
+    assert_eq!(look(&mut bench), (0.0, Spindle::Stopped, false, false, String::new()));
+    bench.say("fire 5 200");
+    assert_eq!(look(&mut bench), (50.0, Spindle::Stopped, true, false, String::new()));
+    bench.hear(0.3);
+    assert_eq!(look(&mut bench), (0.0, Spindle::Stopped, false, false, String::new()));
+    bench.say("M3 S500");
+    bench.say("$J=G91 X10 F1200");
+    assert_eq!(look(&mut bench), (20.0, Spindle::Clockwise, false, true, String::new()));
+    bench.hear(1.0);
+    bench.type_in("G1 X150 S250 F3000\n");
+    bench.hear(0.3);
+    assert_eq!(look(&mut bench), (250.0, Spindle::Clockwise, false, false, String::new()));
+    press(&mut bench, "lid", true);
+    assert_eq!(look(&mut bench), (0.0, Spindle::Clockwise, false, false, "lid,".to_owned()));
+}
+
+#[test]
+fn a_machine_without_a_laser_shows_none() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    bench.network(|network| network.is_viewed = true);
+    bench.hear(0.05);
+    assert_eq!(bench.network(|network| network.shown.take()).expect("a machine that is looked at").laser, None);
 }
 
 #[test]

@@ -13,6 +13,7 @@ use config::MachineConfig;
 use jobs::player::Jobs;
 use motion::{Motion, MoveEnd};
 use parts::fans::Fans;
+use parts::laser::Beam;
 use parts::outputs::Outputs;
 use parts::reports::is_live;
 use program::Interpreter;
@@ -20,6 +21,7 @@ use thermal::HeatControl;
 use units::Micros;
 
 use crate::features::forecast::{self, ForecastHands};
+use crate::features::laser;
 use crate::machine::moments::{JobBegins, Moments};
 use crate::machine::{Machine, program_io};
 
@@ -38,6 +40,7 @@ pub(crate) struct Viewed<'m, 'c, P> {
     tuning: &'m Tuning,
     outputs: &'m Outputs,
     bed: &'m Bed,
+    beam: &'m Beam,
     /// Number of the list of macros.
     macros: u32,
     /// The job that has ended last.
@@ -70,6 +73,7 @@ impl<'c, P: Ports> ViewedHands<'c> for Machine<'c, P> {
             tuning,
             outputs,
             bed,
+            beam: &features.beam,
             macros: features.macros.readings,
             last_job: &mut features.last_job,
         }
@@ -162,7 +166,7 @@ fn show<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) {
 /// Returns the machine as it is now.
 pub(crate) fn snapshot<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) -> Snapshot {
     let job = job(hands, now);
-    let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, bed, macros, last_job, .. } =
+    let Viewed { world, program, mode, axes, fans, travel, tuning, outputs, bed, beam, macros, last_job, .. } =
         hands.viewed();
     let config = world.config;
     let modal = program.modal();
@@ -195,6 +199,7 @@ pub(crate) fn snapshot<'c>(hands: &mut impl ViewedHands<'c>, now: Micros) -> Sna
         ..Snapshot::default()
     };
     equipment::add(&mut snapshot, world, program, tuning, outputs);
+    snapshot.laser = laser::shown(world, program, beam, mode.state());
     world.ports.heat(|heat| add_heat(&mut snapshot, config, heat, fans));
     snapshot.mesh = mesh::shown(bed, &mut world.ports);
     snapshot
