@@ -4,6 +4,7 @@ import { createRequire } from "node:module";
 import { after, test } from "node:test";
 import { readFileSync } from "node:fs";
 import type { Page } from "playwright-core";
+import { DESK, measure } from "./figures";
 import { closeBrowser, type Look, open, type Opened, ready, visit } from "./harness";
 import type { Wanted } from "../mock/main";
 
@@ -494,6 +495,14 @@ page("works by keys alone", {}, async (on) => {
   await on.getByRole("dialog", { name: "Keys" }).waitFor({ state: "detached" });
   await on.keyboard.press("/");
   await on.locator("input[data-slash]:focus").waitFor();
+});
+
+test("asks for little, for nothing elsewhere, and builds a small document", { timeout: 60000, skip: !IS_MOCK }, async () => {
+  const { requests, elsewhere, sent, nodes, passes, violations } = await measure("printer", DESK, false);
+  assert.ok(requests <= 7 && sent < 95_000, `${requests} requests, ${sent} bytes`);
+  assert.ok(nodes > 200 && nodes < 450, `${nodes} nodes`);
+  assert.ok(passes > 30, `${passes} rules of axe-core apply`);
+  assert.deepEqual([elsewhere, violations], [0, 0], "requests to elsewhere, rules broken");
 });
 
 page("keeps the colours that were chosen", {}, async (on) => {

@@ -1,5 +1,5 @@
 // Bundles and runs the page's tests with node's own runner; `shots FOLDER [NAME]` makes pictures instead,
-// `pictures FOLDER` those of docs/page.md.
+// `pictures FOLDER` those of docs/page.md, `figures` its figures.
 import { spawnSync } from "node:child_process";
 import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -13,6 +13,9 @@ if (process.argv[2] === "shots") {
 } else if (process.argv[2] === "pictures") {
   const { pictures } = await import(await bundle("tests/docs-shots.ts", "pictures"));
   await pictures(process.argv[3] ?? "../out/page", process.argv[4] ?? "");
+} else if (process.argv[2] === "figures") {
+  const { figures } = await import(await bundle("tests/figures.ts", "figures"));
+  await figures();
 } else {
   const files = [await bundle("tests/unit.test.ts", "unit.test"), await bundle("tests/page.test.ts", "page.test")];
   const more = process.argv.slice(2).map((name) => `--test-name-pattern=${name}`);
