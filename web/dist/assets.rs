@@ -3,8 +3,8 @@
     ("/index.html", "text/html; charset=utf-8", include_bytes!("index.html.gz")),
     ("/style-fcc776d373.css", "text/css; charset=utf-8", include_bytes!("style-fcc776d373.css.gz")),
     ("/shell-99aea7ccbf.js", "text/javascript; charset=utf-8", include_bytes!("shell-99aea7ccbf.js.gz")),
-    ("/more-9b6a4c2947.js", "text/javascript; charset=utf-8", include_bytes!("more-9b6a4c2947.js.gz")),
-    ("/views-95db6dc7de.css", "text/css; charset=utf-8", include_bytes!("views-95db6dc7de.css.gz")),
+    ("/more-75c3e9b742.js", "text/javascript; charset=utf-8", include_bytes!("more-75c3e9b742.js.gz")),
+    ("/views-c7567025ba.css", "text/css; charset=utf-8", include_bytes!("views-c7567025ba.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
     ("/settings-8abdd1c10f.json", "application/json", include_bytes!("settings-8abdd1c10f.json.gz")),
 ]

@@ -470,7 +470,7 @@ page("a mill: the laser's power, what it does, and interlocks that are open", { 
     show(fields);
     await card.locator(".tag", { hasText: says }).waitFor();
   }
-  await card.getByText("Open: lid, door").waitFor();
+  await card.getByText("locked: lid, door").waitFor();
   show({ power: 0.123, on: true });
   await card.getByText("12.3").waitFor();
 });

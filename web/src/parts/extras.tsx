@@ -52,10 +52,10 @@ function Named({ may }: { may: boolean }) {
   };
   return (
     <>
+      <input type="text" aria-label="Parameters of the next macro" placeholder="Parameters of a macro: BED=60" spellcheck={false} disabled={!may} value={words.value} onInput={(event) => { words.value = event.currentTarget.value; }} />
       <div class="row wrap" role="group" aria-label="Macros of the printer.cfg">
         {named.value.map((name) => <Button key={name} disabled={!may} title={help.get(name.toUpperCase()) ?? name} onPress={() => run(name)}>{name}</Button>)}
       </div>
-      <input type="text" aria-label="Parameters of the next macro" placeholder="Parameters of the next macro, as BED=60" spellcheck={false} disabled={!may} value={words.value} onInput={(event) => { words.value = event.currentTarget.value; }} />
     </>
   );
 }
@@ -74,11 +74,13 @@ export function Macros() {
   return (
     <Card title="Buttons" aside={isOwner.value && <Button icon="edit" kind="plain" label="Make and change buttons" onPress={() => { isEdited.value = true; }} />}>
       {isEmpty && <Empty>Make a button of lines that you send often.</Empty>}
-      <div class="row wrap">
-        {macros.value.map((one, at) => <Button key={at} disabled={!may} title={one.script} onPress={() => begin(one)}>{one.label}</Button>)}
-        {played.value.map((name) => <Button key={name} icon="play" disabled={!mayOperate.value || !isFree.value} title={`Plays macros/${name}`} onPress={() => play(name)}>{plainName(name)}</Button>)}
+      <div class="stack">
+        <div class="row wrap">
+          {macros.value.map((one, at) => <Button key={at} disabled={!may} title={one.script} onPress={() => begin(one)}>{one.label}</Button>)}
+          {played.value.map((name) => <Button key={name} icon="play" disabled={!mayOperate.value || !isFree.value} title={`Plays macros/${name}`} onPress={() => play(name)}>{plainName(name)}</Button>)}
+        </div>
+        {named.value.length > 0 && <Named may={may} />}
       </div>
-      {named.value.length > 0 && <Named may={may} />}
       {isEdited.value && <EditButtons onClose={() => { isEdited.value = false; }} />}
       {asked.value && (
         <Dialog title={`${asked.value.label}?`} onClose={() => { asked.value = null; }}>

@@ -113,12 +113,10 @@ export function LaserCard() {
   const laser = obj("velvet")?.laser;
   if (!laser) return null;
   const { on, open } = laser;
-  const what = open[0] ? "locked" : laser.test ? "test" : laser.framing ? "framing" : on ? "fires" : laser.mode;
+  const what = open[0] ? `locked: ${open.join(", ")}` : laser.test ? "test" : laser.framing ? "framing" : on ? "fires" : laser.mode;
   return (
-    <Card title="Laser" aside={<span class={on ? "tag bad" : "tag"}>{what}</span>}>
-      <div class="tiles"><div><b>{num(laser.power * 100, 1)}<small> %</small></b><span>power</span></div></div>
-      {open[0] && <p class="note">Open: {open.join(", ")}</p>}
-      <div class="row end"><Button kind="danger" disabled={!mayOperate.value || !isLive.value} onPress={() => script("M5")}>Off</Button></div>
+    <Card title="Laser" aside={<b class="figure">{num(laser.power * 100, 1)}<small> %</small></b>}>
+      <div class="row between"><span class={on ? "tag bad" : "tag"}>{what}</span><Button kind="danger" disabled={!mayOperate.value || !isLive.value} onPress={() => script("M5")}>Off</Button></div>
     </Card>
   );
 }
