@@ -8,6 +8,8 @@ use crate::reply::Reply;
 
 /// Most calls of a message.
 pub const CALLS: u8 = 8;
+/// Time after which a message that is not whole makes room for another one, milliseconds.
+const PATIENCE_MS: u64 = 2_000;
 /// Answers to them, and one that says that there were more.
 const REPLIES: usize = CALLS as usize + 1;
 
@@ -25,6 +27,8 @@ pub enum Owner {
 #[derive(Debug, Default)]
 pub struct Batch {
     owner: Option<Owner>,
+    /// Time at which it began, milliseconds.
+    since_ms: u64,
     /// Answers that are there.
     replies: Deque<Reply, REPLIES>,
     /// Number of answers that come later.
@@ -37,12 +41,14 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Begins with a message. False while another one is not answered.
-    pub fn begin(&mut self, owner: Owner) -> bool {
-        if self.owner.is_some() {
+    /// Begins with a message. False while another one is not answered: one that does not come to its end
+    /// makes room.
+    pub fn begin(&mut self, owner: Owner, now_ms: u64) -> bool {
+        if self.owner.is_some() && (self.is_whole || now_ms.saturating_sub(self.since_ms) < PATIENCE_MS) {
             return false;
         }
-        self.owner = Some(owner);
+        self.clear();
+        (self.owner, self.since_ms) = (Some(owner), now_ms);
         true
     }
 

@@ -25,7 +25,7 @@ fn rows() -> impl Iterator<Item = (String<16>, &'static str)> {
 /// Writes the rows of a part: codes and commands, then a macro in each. No answer until the machine has told
 /// of the macro; false behind the last one.
 pub fn write(part: u32, macros: &Macros, json: &mut Writer<'_, '_>) -> Option<bool> {
-    let parts = rows().count().div_ceil(ROWS) as u32;
+    let parts = (codes::all().count() + commands::COMMANDS.len()).div_ceil(ROWS) as u32;
     if let Some(number) = part.checked_sub(parts) {
         let Some(Macro { name, about }) = macros.at(number as u16)? else { return Some(false) };
         let mut name = name.clone();

@@ -144,7 +144,8 @@ impl<const N: usize> Site<N> {
         while reader.read(&mut bytes, &self.snapshot) {
             let owner = visitor.owner();
             let taken = match reader.batch() {
-                Some(Calls::Taken(0)) if !self.batch.begin(owner) => Calls::Enough,
+                Some(Calls::Taken(0)) if !self.batch.begin(owner, now_ms) => Calls::Enough,
+                Some(Calls::Taken(_)) if !self.batch.is_of(owner) => Calls::Enough,
                 Some(Calls::Taken(batch::CALLS)) => {
                     let text = "a message has at most 8 calls: those behind them are not carried out";
                     self.batch.add(Some(Reply::message(None, Content::Error(codes::INVALID, text))));

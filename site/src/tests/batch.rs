@@ -114,6 +114,22 @@ fn a_message_of_who_has_gone_makes_room_for_others() {
 }
 
 #[test]
+fn a_message_without_an_end_holds_nobody_up_for_long() {
+    let mut desk = Desk::new(Role::Watch);
+    desk.upgrade(0);
+    desk.upgrade(1);
+    let begun = frame(r#"[{"method":"printer.info","id":"a"},"#);
+    let piece = [&[0x01], &begun[1..]].concat();
+    assert!(desk.send(0, &piece).is_empty(), "the first of several frames");
+    assert!(desk.call(1, r#"[{"method":"printer.info","id":"a"}]"#)[0].contains(r#""code":503"#));
+    desk.now += 2_000;
+    assert_eq!(desk.call(1, r#"[{"method":"printer.info","id":"a"}]"#), [format!("[{INFO}]")]);
+    let rest = frame(r#"{"method":"printer.info","id":"a"}]"#);
+    let told = messages(&desk.send(0, &[&[0x80], &rest[1..]].concat()));
+    assert!(told.len() == 1 && told[0].contains(r#""code":503"#), "its answers are lost, and it hears so: {told:?}");
+}
+
+#[test]
 fn calls_are_posted_with_the_role_of_who_posts() {
     let mut desk = Desk::new(Role::Watch);
     let (head, body) = post(&mut desk, r#"{"method":"printer.info","id":"a"}"#);
