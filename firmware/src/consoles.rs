@@ -22,7 +22,7 @@ static RTT: InboxOf<INBOX_BYTES> = InboxOf::new();
 #[unsafe(link_section = ".d2ram")]
 static NETWORK: [InboxOf<NETWORK_INBOX_BYTES>; LINES] = [const { InboxOf::new() }; LINES];
 /// Inbox of the page's console, which gets a line at a time.
-#[unsafe(link_section = ".d2ram")]
+#[unsafe(link_section = ".axisram")]
 static PAGE: InboxOf<NETWORK_INBOX_BYTES> = InboxOf::new();
 
 /// A console, in the order of the session ids.
