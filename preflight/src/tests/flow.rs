@@ -96,3 +96,16 @@ fn branches_that_are_not_taken_are_passed_over() {
     assert!(found.is_empty(), "{found:?}");
     assert_near(totals.travelled, 5.0);
 }
+
+#[test]
+fn states_are_kept_by_their_names() {
+    let (found, totals) = look(
+        "G28\nG90\nG1 X100 F6000\nSAVE_GCODE_STATE NAME=out\nG91\nSAVE_GCODE_STATE NAME=in\nG1 X20\n\
+         RESTORE_GCODE_STATE NAME=OUT MOVE=1 MOVE_SPEED=50\nG1 X0\nRESTORE_GCODE_STATE NAME=in\nG1 X150\n",
+    );
+    assert_eq!(found, Vec::new());
+    assert_near(totals.travelled, 100.0 + 20.0 + 20.0 + 100.0 + 150.0);
+    let many: String = (0..30).map(|name| format!("SAVE_GCODE_STATE NAME=n{name}\n")).collect();
+    let (found, _) = look(&format!("{many}RESTORE_GCODE_STATE NAME=n29\nRESTORE_GCODE_STATE NAME=n1\n"));
+    assert_eq!(places(&found), [(32, Kind::Unforeseen)], "a name that is not known stops no job: {found:?}");
+}
