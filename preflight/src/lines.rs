@@ -165,7 +165,12 @@ impl Reading<'_, '_> {
             return;
         }
         let mut codes = CodeLine::new();
-        if self.keeps_modes(command, &mut codes).await {
+        if command.is("SAVE_GCODE_STATE") || command.is("RESTORE_GCODE_STATE") {
+            for step in 0..3 {
+                self.keep_modes(command, step, &mut codes);
+                self.codes(Blocks::new(codes.as_bytes())).await;
+                codes.clear();
+            }
             return;
         }
         let names = PartNames { config: self.preflight.config, dialect: self.preflight.dialect };
@@ -221,36 +226,34 @@ impl Reading<'_, '_> {
         self.preflight.within.is_some()
     }
 
-    /// Keeps modes or comes back to them, by codes that are written into an empty line. False: the command is
-    /// another.
-    async fn keeps_modes(&mut self, command: &Extended<'_>, codes: &mut CodeLine) -> bool {
+    /// Keeps modes or comes back to them, in three steps: the place, the extruder, the modes. The codes of a
+    /// step are written into an empty line.
+    fn keep_modes(&mut self, command: &Extended<'_>, step: u8, codes: &mut CodeLine) {
         let name = command.get("NAME").filter(|name| !name.is_empty()).unwrap_or("default");
         let now = self.preflight.modes_as(name);
         if command.is("SAVE_GCODE_STATE") {
-            self.preflight.kept.keep(now);
-            return true;
+            return self.preflight.kept.keep(now);
         }
-        if !command.is("RESTORE_GCODE_STATE") {
-            return false;
-        }
-        let kept = self.preflight.kept.find(now.name);
-        let Some(Kept { modes, at: [x, y, z], extruder, .. }) = kept else {
-            self.say(Kind::Unforeseen, short(format_args!("RESTORE_GCODE_STATE: no state is kept here as {name}")));
-            return true;
+        let Some(Kept { modes, at: [x, y, z], extruder, .. }) = self.preflight.kept.find(now.name) else {
+            if step == 0 {
+                self.say(Kind::Unforeseen, short(format_args!("RESTORE_GCODE_STATE: no state is kept here as {name}")));
+            }
+            return;
         };
         let number = |key: &str| command.get(key).and_then(|text| gcode::read_f64(text.trim()));
-        if number("MOVE").is_some_and(|moves| moves != 0.0) {
-            let rate = number("MOVE_SPEED").unwrap_or(self.preflight.program.modal().feed_rate.0) * 60.0;
-            let _ = write!(codes, "G21 G90 G53 G1 X{x} Y{y} Z{z} F{rate}");
-            self.codes(Blocks::new(codes.as_bytes())).await;
-            codes.clear();
-        }
-        if now.extruder != extruder {
-            let _ = write!(codes, "G92 E{extruder}");
-            self.codes(Blocks::new(codes.as_bytes())).await;
-        }
-        program::come_back_to_modes(self.preflight.program, &modes);
-        true
+        // There is room for either.
+        let _ = match step {
+            0 if number("MOVE").is_some_and(|moves| moves != 0.0) => {
+                let rate = number("MOVE_SPEED").unwrap_or(self.preflight.program.modal().feed_rate.0) * 60.0;
+                write!(codes, "G21 G90 G53 G1 X{x} Y{y} Z{z} F{rate}")
+            }
+            1 if now.extruder != extruder => write!(codes, "G92 E{extruder}"),
+            2 => {
+                program::come_back_to_modes(self.preflight.program, &modes);
+                Ok(())
+            }
+            _ => Ok(()),
+        };
     }
 
     /// Reads the codes of a line; those behind a fault are left.
