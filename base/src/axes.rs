@@ -75,7 +75,6 @@ impl Axes {
     /// Marks axes as not homed.
     pub fn forget_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.without(axes);
-        self.are_aligned &= !axes.has(Axis::Z);
         self.stray(axes);
     }
 
@@ -113,6 +112,7 @@ impl Axes {
     pub fn lose_place(&mut self, motor: Actuator) {
         let own = Axis::ALL.get(motor as usize).map_or(AxisSet::NONE, |axis| AxisSet::of(*axis));
         let is_primary = !own.and(AxisSet::PRIMARY).is_empty();
+        self.are_aligned = false;
         self.forget_homed(if is_primary { AxisSet::PRIMARY } else { own });
     }
 
@@ -124,13 +124,14 @@ impl Axes {
     /// Notes that the motor supply is gone: no motor holds anything.
     pub fn lose_supply(&mut self) {
         self.forget_all_homed();
-        self.on = 0;
+        (self.on, self.are_aligned) = (0, false);
     }
 
     /// Notes that the driver of a motor has been set up again, and is off.
     pub fn lose_current(&mut self, motor: Actuator) {
         self.on &= !motor.bit();
         self.resting &= !motor.bit();
+        self.are_aligned = false;
     }
 
     /// Gives every motor its current, unless it has it.
@@ -214,6 +215,8 @@ impl Axes {
             let moved = ports.motion(|motion| motion.config().map(|config| config.kinematics.axes_of(motor)));
             lost = lost.or(moved.unwrap_or(AxisSet::ALL));
         }
+        // Motors that copy Z's have the letters of other axes.
+        self.are_aligned &= lost.without(AxisSet::of(Axis::X).with(Axis::Y)).is_empty();
         self.forget_homed(lost);
     }
 

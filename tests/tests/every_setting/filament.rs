@@ -38,7 +38,7 @@ pub const ROWS: &[Row] = &[
     row("[filament detector] leave_heaters_on", "false", "true", Look(prints_without)).with(INPUT),
     row("[filament detector] suspends", "true", "false", Look(prints_without)).with(INPUT),
     row("[filament detector] runout_gcode", "", "M104 S70", Look(prints_without)).with(INPUT),
-    row("[filament detector] insert_gcode", "", "M117 put in", Look(puts_in)).with(INPUT),
+    row("[filament detector] insert_gcode", "", "M118 put in", Look(puts_in)).with(INPUT),
     row("[filament width sensor] enable", "true", "false", Look(fed)).with(WIDTH).built(),
     row("[filament width sensor] adc_pin", "ADC1_4", "ADC1_5", Look(fed)).with(WIDTH).built(),
     row("[filament width sensor] second_adc_pin", "ADC1_5", "ADC1_6", Look(fed)).with(WIDTH).built(),
