@@ -120,7 +120,7 @@ fn each_option_has_one_verdict_with_a_reason() {
         ("thermistor my thermistor", "beta", "converted", "name it"),
         ("gcode_macro PRINT_START", "gcode", "kept", "printer.cfg"),
         ("gcode_macro PAUSE_HERE", "gcode", "kept", "printer.cfg"),
-        ("force_move", "enable_force_move", "refused", "by its axis"),
+        ("force_move", "enable_force_move", "kept", "printer.cfg"),
         ("gcode_shell_command backup", "command", "refused", "third-party"),
         ("heater_bed", "smooth_time", "refused", "smoothed"),
         ("fan", "off_below", "converted", ""),
