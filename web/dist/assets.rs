@@ -6,5 +6,5 @@
     ("/more-75c3e9b742.js", "text/javascript; charset=utf-8", include_bytes!("more-75c3e9b742.js.gz")),
     ("/views-c7567025ba.css", "text/css; charset=utf-8", include_bytes!("views-c7567025ba.css.gz")),
     ("/icon-fc64963e3b.svg", "image/svg+xml", include_bytes!("icon-fc64963e3b.svg.gz")),
-    ("/settings-8abdd1c10f.json", "application/json", include_bytes!("settings-8abdd1c10f.json.gz")),
+    ("/settings-f15356de1f.json", "application/json", include_bytes!("settings-f15356de1f.json.gz")),
 ]

@@ -60,12 +60,18 @@ settings! {
     /// Levels the bed by a rectangular grid of heights, through which a smooth surface is laid.
     #[derive(Clone, Copy, Debug, Default)]
     pub struct CartesianGrid {
-        /// Size of the probed area from the origin along X and Y.
+        /// Corner at which the probed area begins.
+        start: [Mm; 2];
+        /// X at which the probed area begins.
+        "x_start" start[0] = number("0", ANY).unit("mm").klipper("[bed_mesh] mesh_min").velvet();
+        /// Y at which the probed area begins.
+        "y_start" start[1] = number("0", ANY).unit("mm").klipper("[bed_mesh] mesh_min").velvet();
+        /// Size of the probed area from its start along X and Y.
         size: [Mm; 2];
-        /// Width of the area from X0; may be negative.
+        /// Width of the area from x_start; may be negative.
         "x_size" size[0] = number("0", &(-10_000.0, 10_000.0))
             .unit("mm").v1("leveling-strategy.rectangular-grid.x_size");
-        /// Depth of the area from Y0; may be negative.
+        /// Depth of the area from y_start; may be negative.
         "y_size" size[1] = number("0", &(-10_000.0, 10_000.0))
             .unit("mm").v1("leveling-strategy.rectangular-grid.y_size");
         /// Points along X and Y.

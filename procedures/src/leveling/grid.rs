@@ -11,7 +11,8 @@ pub fn configured(leveling: &LevelingConfig) -> Option<GridShape> {
         Leveling::CartesianGrid if !leveling.grid.two_corners => {
             let ([x, y], [nx, ny]) = (leveling.grid.size, leveling.grid.count);
             let step = [apart(x.0, nx), apart(y.0, ny)];
-            Some(GridShape { origin: [0.0; 2], step, count: [usize::from(nx), usize::from(ny)] })
+            let origin = leveling.grid.start.map(|start| start.0);
+            Some(GridShape { origin, step, count: [usize::from(nx), usize::from(ny)] })
         }
         Leveling::DeltaGrid => Some(around(leveling.delta.radius.0, leveling.delta.count)),
         _ => None,

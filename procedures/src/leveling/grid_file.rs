@@ -1,8 +1,9 @@
 //! Grids on the card, in Smoothieware's format: M374 saves, M374.1 deletes, M375 loads, M421 changes a point.
 //!
 //! `/sd/cartesian.grid`: points along X (a byte), points along Y (another, where the configuration has not
-//! the same count along both), size along X and along Y, heights row by row. `/sd/delta.grid`: points along a
-//! side (a byte), radius, heights. Numbers are single precision, the low byte first.
+//! the same count along both), size along X and along Y, heights row by row; behind them X and Y of a start
+//! that is not the origin, which Smoothieware does not have. `/sd/delta.grid`: points along a side (a byte),
+//! radius, heights. Numbers are single precision, the low byte first.
 
 use base::failure::{Answer, Failure, FailureKind, Outcome, Texts};
 use base::ports::{FileHandle, OpenMode, Storage, StorageError, Wake};
@@ -124,6 +125,14 @@ impl Header {
     }
 }
 
+/// Returns the end of a grid's file: the start of a cartesian grid that does not begin at the origin.
+fn end_of(strategy: Leveling, shape: &GridShape) -> heapless::Vec<u8, 8> {
+    if strategy != Leveling::CartesianGrid || shape.origin == [0.0; 2] {
+        return heapless::Vec::new();
+    }
+    shape.origin.into_iter().flat_map(|start| (start as f32).to_le_bytes()).collect()
+}
+
 /// Returns the strategy, its file, and the grid that the configuration describes.
 fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, GridShape), Failure> {
     let named = leveling.strategy.and_then(|strategy| file_path(strategy).map(|path| (strategy, path)));
@@ -173,6 +182,9 @@ fn write_grid<'c>(
         hands.card_at_rest();
         written = draft.write(hands.storage(), &bytes).map(|_| ());
         hands.wait(Wake::Any).whatever_happens();
+    }
+    if written.is_ok() {
+        written = draft.write(hands.storage(), &end_of(strategy, shape)).map(|_| ());
     }
     if let Err(error) = written {
         draft.give_up(hands.storage());
@@ -255,7 +267,9 @@ fn read_grid<'c>(
         return Err(Failure::refused(&"the file is too short to be a grid"));
     }
     let shape = header.matches(texts, strategy, wanted)?;
-    let (size, expected) = (hands.storage().size(file).map_err(failed)? as usize, length + 4 * wanted.points());
+    let end = end_of(strategy, wanted);
+    let expected = length + 4 * wanted.points() + end.len();
+    let size = hands.storage().size(file).map_err(failed)? as usize;
     if size != expected {
         let text = format_args!("the file has {size} bytes, such a grid has {expected}: save it again");
         return Err(texts.refused(text));
@@ -275,6 +289,11 @@ fn read_grid<'c>(
         });
         done += count;
         hands.wait(Wake::Any).whatever_happens();
+    }
+    let mut bytes = [0; 8];
+    let begin = bytes.get_mut(..end.len()).unwrap_or_default();
+    if !fill(hands.storage(), file, begin).map_err(failed)? || *begin != *end {
+        return Err(Failure::refused(&"the grid in the file begins elsewhere: x_start and y_start were others"));
     }
     Ok(shape)
 }

@@ -19,10 +19,13 @@ fn cartesian(count: [u8; 2]) -> (LevelingConfig, GridShape) {
 }
 
 #[test]
-fn the_configured_grid_begins_at_the_origin_and_ends_at_its_size() {
+fn the_configured_grid_begins_at_its_start_and_ends_at_its_size() {
     let (mut leveling, shape) = cartesian([5, 4]);
     assert_eq!(shape.place(0), [0.0, 0.0]);
     assert_eq!(shape.place(19), [100.0, -60.0]);
+    leveling.grid.start = [Mm(30.0), Mm(70.0)];
+    let shape = configured(&leveling).expect("a grid");
+    assert_eq!([shape.place(0), shape.place(19)], [[30.0, 70.0], [130.0, 10.0]]);
     leveling.grid.two_corners = true;
     assert_eq!(configured(&leveling), None);
     leveling.strategy = Some(Leveling::ThreePoint);

@@ -177,9 +177,10 @@ fn corners<'c>(
     here: bool,
     two_corners: bool,
 ) -> Result<[[f64; 2]; 2], Failure> {
-    let [width, depth] = hands.config().leveling.grid.size.map(|size| size.0);
+    let grid = &hands.config().leveling.grid;
+    let ([width, depth], start) = (grid.size.map(|size| size.0), grid.start.map(|start| start.0));
     if !two_corners {
-        return Ok([[0.0; 2], [words.get('X').unwrap_or(width), words.get('Y').unwrap_or(depth)]]);
+        return Ok([start, [words.get('X').unwrap_or(width), words.get('Y').unwrap_or(depth)]]);
     }
     let (Some(x), Some(y), Some(a), Some(b)) = (words.get('X'), words.get('Y'), words.get('A'), words.get('B')) else {
         return Err(Failure::refused(if here {

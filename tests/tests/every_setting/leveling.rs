@@ -36,6 +36,8 @@ pub const ROWS: &[Row] = &[
     row("[three point leveling strategy] point3", "0,0", "5,6", Say(POINTS)).with(PLANE),
     row("[three point leveling strategy] probe_offsets", "0,0,0", "1,2,3", Say(OFFSETS)).with(PLANE),
     row("[three point leveling strategy] save_plane", "false", "true", Look(saved_plane)).with(PLANE),
+    row("[cartesian grid leveling strategy] x_start", "0", "20", Edges(HILL)).with(GRID),
+    row("[cartesian grid leveling strategy] y_start", "0", "-10", Edges(HILL)).with(GRID),
     row("[cartesian grid leveling strategy] x_size", "100", "70", Edges(HILL)).with(GRID),
     row("[cartesian grid leveling strategy] y_size", "80", "-60", Edges(HILL)).with(GRID),
     row("[cartesian grid leveling strategy] grid_x_size", "5", "4", Say(SHOWN)).with(GRID),

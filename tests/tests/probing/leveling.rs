@@ -85,6 +85,38 @@ fn a_grid_can_be_given_by_two_corners_and_by_words() {
 }
 
 #[test]
+fn a_grid_begins_where_the_configuration_says_and_its_file_knows() {
+    let plan = || {
+        grid()
+            .set("[cartesian grid leveling strategy] x_size = 100")
+            .set("[cartesian grid leveling strategy] y_size = 90")
+            .set("[cartesian grid leveling strategy] x_start = 40")
+            .set("[cartesian grid leveling strategy] y_start = 30")
+    };
+    let mut bench = plan().start();
+    lay(&bench, Surface { bed: Some(UNEVEN), ..Surface::default() });
+    bench.run(&["G28"]);
+    let answer = bench.say("BED_MESH_CALIBRATE");
+    assert!(answer.contains("DEBUG: X40.000, Y30.000, Z0.000\n") && answer.contains("DEBUG: X140.000, Y120.000, "));
+    let inside = &[(45, 35), (100, 60), (131, 112), (60, 100)];
+    let after = gaps(&mut bench, &UNEVEN, inside);
+    assert!(spread(&after) < 0.02, "{after:?}");
+    assert_eq!(bench.say("M374"), "grid saved to /sd/cartesian.grid\nok\n");
+    assert!(bench.say("M375").contains("grid loaded"));
+    let file = bench.read_card_bytes("cartesian.grid").expect("it is on the card");
+    let load_with = |starts: [&str; 2]| {
+        let [x, y] = starts;
+        let plan = plan().set(&format!("[cartesian grid leveling strategy] x_start = {x}"));
+        let mut bench = plan.set(&format!("[cartesian grid leveling strategy] y_start = {y}")).start();
+        bench.write_card("cartesian.grid", &file);
+        bench.say("M375")
+    };
+    assert!(load_with(["40", "30"]).contains("grid loaded"));
+    assert!(load_with(["41", "30"]).contains("the grid in the file begins elsewhere"));
+    assert!(load_with(["0", "0"]).contains("save it again"));
+}
+
+#[test]
 fn r1_begins_beside_where_the_probe_is_and_stays_in_force_until_r0() {
     let mut bench = grid().set("[cartesian grid leveling strategy] probe_offsets = -20,-10,0").start();
     lay(&bench, Surface { bed: Some(UNEVEN), tip_mm: [-20.0, -10.0, -1.5], ..Surface::default() });

@@ -76,15 +76,13 @@ fn of_rectangle(m: &mut Migration<'_>, section: usize) {
         }
         return;
     };
-    m.put(section, "mesh_max", (GRID, "", "x_size"), text(*x1));
-    m.put(section, "mesh_max", (GRID, "", "y_size"), text(*y1));
-    if *x0 == 0.0 && *y0 == 0.0 {
-        m.merged(section, "mesh_min", "the area begins at X0 Y0", "");
-    } else {
-        // The area of the configuration begins at X0 Y0, so the line says it.
-        m.put(section, "mesh_min", (GRID, "", "only_by_two_corners"), "true");
-        let (wide, deep) = (text(x1 - x0), text(y1 - y0));
-        m.ask(format!("the mesh: begin it with `G32 X{} Y{} A{wide} B{deep}`", text(*x0), text(*y0)));
+    for (option, key, value) in [
+        ("mesh_min", "x_start", x0),
+        ("mesh_min", "y_start", y0),
+        ("mesh_max", "x_size", &(x1 - x0)),
+        ("mesh_max", "y_size", &(y1 - y0)),
+    ] {
+        m.put(section, option, (GRID, "", key), text(*value));
     }
     if let Some(count) = m.section(section).get("probe_count").and_then(numbers) {
         let [x, y] = match count.as_slice() {
