@@ -22,6 +22,10 @@ const CLOSING: Duration = Duration::from_secs(5);
 /// The same for a peer that has acknowledged everything, while others find no place.
 const CLOSING_IN_A_CROWD: Duration = Duration::from_millis(500);
 
+/// Time for which a place is kept for the reset (RST) that tells a peer of its connection's end: a peer that
+/// cannot be reached gets none.
+const RESETTING: Duration = Duration::from_secs(1);
+
 /// Wish of the server for a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
@@ -140,6 +144,8 @@ struct Place {
     stage: Stage,
     /// Time since which the socket has been half open.
     half_open: Option<Instant>,
+    /// Time since which the socket has had a reset to send.
+    resetting: Option<Instant>,
 }
 
 /// Places for as many peers as can be served at once.
@@ -166,7 +172,7 @@ impl Places {
     pub fn new(port: Option<u16>, sockets: [SocketHandle; STREAMS]) -> Self {
         let port = port.filter(|port| *port != 0);
         Self {
-            places: sockets.map(|handle| Place { handle, stage: Stage::Empty, half_open: None }),
+            places: sockets.map(|handle| Place { handle, stage: Stage::Empty, half_open: None, resetting: None }),
             port,
             is_full: false,
         }
@@ -191,7 +197,7 @@ impl Places {
         let mut listens = false;
         for place in &mut self.places {
             let socket = sockets.get_mut::<Socket>(place.handle);
-            if socket.state() == State::Closed && place.stage == Stage::Empty {
+            if socket.state() == State::Closed && place.stage == Stage::Empty && !place.is_resetting(socket, now) {
                 let _listens = socket.listen(port);
             }
             listens |= socket.is_listening();
@@ -312,6 +318,12 @@ impl Place {
             socket.abort();
             self.leave(number, server);
         }
+    }
+
+    /// Whether a socket that is closed must still tell its peer so: to listen would forget that.
+    fn is_resetting(&mut self, socket: &Socket<'static>, now: Instant) -> bool {
+        self.resetting = socket.remote_endpoint().map(|_| self.resetting.unwrap_or(now));
+        self.resetting.is_some_and(|since| now < since + RESETTING)
     }
 
     fn leave(&mut self, number: usize, server: &mut impl Streams) {

@@ -64,6 +64,22 @@ fn no_byte_is_lost_or_doubled_on_a_bad_wire() {
 }
 
 #[test]
+fn all_who_are_let_go_at_once_are_told() {
+    let mut bench = web();
+    let clients: Vec<_> = (0..STREAMS).map(|_| bench.connect(PORT)).collect();
+    for client in &clients {
+        bench.desk.send(*client, b"bye\n");
+    }
+    // They do not close their side, so the board ends all connections in one turn, which has not as many
+    // frames.
+    bench.run(8 * SECOND);
+    assert_eq!(bench.network.report().web_peers, 0);
+    for client in clients {
+        assert!(!bench.desk.tcp(client).is_active(), "{}", bench.desk.tcp(client).state());
+    }
+}
+
+#[test]
 fn a_connection_ends_when_both_have_said_all() {
     let mut bench = web();
     let client = bench.connect(PORT);
